@@ -99,8 +99,9 @@ test-sanitize: .venv/.project build/sanitize/.built ## kernel tests and fuzz und
 fuzz: .venv/.project .venv/.atheris ## hostile bytes at every door, looking at the code they reach: FUZZ_S seconds a door, DOORS="can link"; SEED=n
 	@$(ONE_THREAD) $(B)/python -m tests.fuzz $(DOORS) --seconds $(FUZZ_S) --seed $(SEED)
 
-lint: .venv/.project ## ruff, mypy --strict on protocol and onboard, import contracts
+lint: .venv/.project ## ruff and its formatter, mypy --strict on protocol, transport and onboard, import contracts
 	@$(B)/ruff check .
+	@$(B)/ruff format --check --quiet . || { echo "run: $(B)/ruff format ."; exit 1; }
 	@$(B)/mypy
 	@$(B)/lint-imports --no-cache
 

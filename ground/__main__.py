@@ -41,14 +41,23 @@ from protocol.tables import commands
 USAGE, NO_INPUT, UNAVAILABLE, CANNOT_CREATE, CONFIG, INTERRUPTED = 64, 66, 69, 73, 78, 130
 
 _CODES: tuple[tuple[type[Exception], int], ...] = (
-    (ScriptError, USAGE), (NoStationError, NO_INPUT), (StationError, UNAVAILABLE), (ClockError, UNAVAILABLE),
-    (ConfigError, CONFIG), (WireError, FAILED), (OSError, CANNOT_CREATE), (sqlite3.Error, CANNOT_CREATE),
-    (ArchiveError, CANNOT_CREATE), (ByHandError, INTERRUPTED),
+    (ScriptError, USAGE),
+    (NoStationError, NO_INPUT),
+    (StationError, UNAVAILABLE),
+    (ClockError, UNAVAILABLE),
+    (ConfigError, CONFIG),
+    (WireError, FAILED),
+    (OSError, CANNOT_CREATE),
+    (sqlite3.Error, CANNOT_CREATE),
+    (ArchiveError, CANNOT_CREATE),
+    (ByHandError, INTERRUPTED),
 )
 
 app = typer.Typer(
     help="Fly the rover over the space link.\n\nStart with `ground status`, then `ground goto 12 3`.",
-    add_completion=True, pretty_exceptions_enable=False,)
+    add_completion=True,
+    pretty_exceptions_enable=False,
+)
 
 
 _OWN = {"goto", "status", "get", "keys_rotate"}
@@ -67,15 +76,18 @@ def shell(contact: Contact = 20.0, station: StationFile = None) -> None:
     raise typer.Exit(terminal.run(settings, station, contact, teller, run, own.save_product))
 
 
-app.command(context_settings={"ignore_unknown_options": True},
-            epilog="A goto replaces one that runs: that is cancelled and the rover plans anew from where it is.\n\n"
-                   "Examples: ground goto 12 3 | ground goto -4 0.5 --heading 90")(own.goto)
+app.command(
+    context_settings={"ignore_unknown_options": True},
+    epilog="A goto replaces one that runs: that is cancelled and the rover plans anew from where it is.\n\n"
+    "Examples: ground goto 12 3 | ground goto -4 0.5 --heading 90",
+)(own.goto)
 _families = table.add(app, [row for row in commands.TABLE if row.name not in _OWN], carry_out)
 app.add_typer(keys.app(_rotate), name="keys")
 contacts.add(_families["contacts"], lambda plan, station, as_json: leave(*ask(station, plan, as_json)), line_out)
 app.command(epilog="Examples: ground status | ground status --json")(own.status)
-app.command(epilog="Examples: ground get ldem | ground get scan --out cloud.ply | "
-                   "ground get record 120 130 slim")(own.get)
+app.command(epilog="Examples: ground get ldem | ground get scan --out cloud.ply | ground get record 120 130 slim")(
+    own.get
+)
 app.command(epilog="Example: ground watch")(own.watch)
 app.command(epilog="Examples: ground script mission.txt | echo 'goto 12 3' | ground script -")(own.script)
 app.add_typer(bridge_app, name="bridge")
@@ -84,8 +96,11 @@ app.command(epilog="Example: ground calibrate")(own.calibrate)
 look.add(app)
 app.add_typer(archive.app, name="archive")
 app.add_typer(preview.app, name="preview")
-app.command("gateway", epilog="Examples: ground gateway | ground gateway --origin 38.2547,140.8394,150\n\n"
-            "Then: mavproxy.py --master=udpout:127.0.0.1:14551, or QGroundControl as it is.")(gateway_command)
+app.command(
+    "gateway",
+    epilog="Examples: ground gateway | ground gateway --origin 38.2547,140.8394,150\n\n"
+    "Then: mavproxy.py --master=udpout:127.0.0.1:14551, or QGroundControl as it is.",
+)(gateway_command)
 app.command("report", epilog="Example: ground report build/demo")(report_command)
 
 _INTERRUPTED = "interrupted"  # before any request; after one, `operate` reports what the rover goes on with

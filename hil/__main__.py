@@ -34,7 +34,7 @@ from hil.run.options import (
     fly_mixed,
     show,
     waiting,
-)  # fmt: skip
+)
 from hil.scenarios import command as scenario_command
 from hil.scenarios.model import Scenario
 from hil.scenarios.verify_command import verify
@@ -45,11 +45,20 @@ from onboard.config import ConfigError, load
 
 DEMO_LIMIT_S = 3600.0  # the longest demo, 56 m over measured land, takes 1,600 s
 TALLIED = (
-    "terrain", "seed", "goal_reached", "distance_to_goal_m", "collisions", "scans", "way_m", "rtf", "replay",
+    "terrain",
+    "seed",
+    "goal_reached",
+    "distance_to_goal_m",
+    "collisions",
+    "scans",
+    "way_m",
+    "rtf",
+    "replay",
 )
 
 app = typer.Typer(
-    no_args_is_help=True, pretty_exceptions_enable=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
     help="The hardware-in-the-loop bench.\n\nExamples:\n\n"
     "  hil demo --seed 3\n\n  hil list\n\n  hil run lidar_unplugged\n\n  hil link --profile moon-bad\n\n"
     "  hil lidar --profile utm-30lx --pty\n\n  hil can --fault silent=WHEEL_3\n\n  hil watch build/demo",
@@ -66,9 +75,13 @@ app.command("watch", epilog=WATCH_EPILOG)(watch_command)
 
 SeedOption = Annotated[int, typer.Option(min=1, help="The n-th accepted field.")]
 StrategyOption = Annotated[str, typer.Option(help="Next stop by optimistic, explore, visibility or hill-climb.")]
-LidarOption = Annotated[list[str] | None, typer.Option(
-    metavar="KEY=VALUE", help="Of the scanner, as in [lidar] (docs/sensors.md); or a profile: ideal. May be repeated.",
-)]
+LidarOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="KEY=VALUE",
+        help="Of the scanner, as in [lidar] (docs/sensors.md); or a profile: ideal. May be repeated.",
+    ),
+]
 TerrainOption = Annotated[str, typer.Option(help="fbm: 20 m fractal field, craters: with them, real: DEM, flat.")]
 
 
@@ -91,8 +104,9 @@ def demo(
     Examples: hil demo --seed 3 | hil demo --lidar ideal | hil demo --lidar lost_ratio=0.03 --lidar rock_albedo=0.05
     """
     told = {"mission.strategy": strategy}
-    scenario = Scenario(terrain=_terrain(terrain), seed=seed, limit_s=DEMO_LIMIT_S, set=told,
-                        lidar=scenario_command.scanner(lidar, {}))
+    scenario = Scenario(
+        terrain=_terrain(terrain), seed=seed, limit_s=DEMO_LIMIT_S, set=told, lidar=scenario_command.scanner(lidar, {})
+    )
     check_film(video)
     with shown(out, watch, port):
         result = fly(scenario, out)
@@ -121,10 +135,13 @@ def sim(
     seed: SeedOption = 1,
     terrain: TerrainOption = "fbm",
     out: Annotated[Path, typer.Option(help="Folder of the run.")] = Path("build/sim"),
-    lidar: Annotated[list[str] | None, typer.Option(
-        metavar="ADDRESS or KEY=VALUE",
-        help="A real scanner, tty:/dev/ttyACM0 or tcp:HOST:PORT; or of the emulated one, as for `hil demo`.",
-    )] = None,
+    lidar: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="ADDRESS or KEY=VALUE",
+            help="A real scanner, tty:/dev/ttyACM0 or tcp:HOST:PORT; or of the emulated one, as for `hil demo`.",
+        ),
+    ] = None,
     can: Annotated[str, typer.Option(help="The real nodes: socketcan:can0.")] = "",
     watch: WatchOption = False,
     port: PortOption = PORT,
@@ -139,10 +156,12 @@ def sim(
     scanner = scenario_command.scanner(words, {})
     scenario = Scenario(name="sim", terrain=_terrain(terrain), seed=seed, limit_s=1e6, live=True, lidar=scanner)
     station = f" --station {out / 'ground.toml'}" if out != Path("build/sim") else ""
-    print("ready in a few seconds; from another terminal, in this folder:\n"
-          f"  .venv/bin/ground status{station}\n  .venv/bin/ground goto 8 3{station}\n"
-          f"  .venv/bin/ground stop{station}\n"
-          "Ctrl-C ends it.")
+    print(
+        "ready in a few seconds; from another terminal, in this folder:\n"
+        f"  .venv/bin/ground status{station}\n  .venv/bin/ground goto 8 3{station}\n"
+        f"  .venv/bin/ground stop{station}\n"
+        "Ctrl-C ends it."
+    )
     if real or can:
         with shown(out, watch, port):
             fly_mixed(scenario, out, real, can)

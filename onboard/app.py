@@ -68,11 +68,16 @@ class WallPorts:
         """Return the inputs of this tick: what the ports have now."""
         stamp_ns = self._clock.now_ns()
         return Inputs(
-            now.number, now.now_ns,
-            can_frames=not_later(self.can.read(stamp_ns), now.now_ns), can=self.can.status,
-            lidar_chunks=self.ear.take(), lidar_state=self.lidar.state,
-            link_messages=self.link.read(stamp_ns), link_state=self.link.state,
-            health=Health(self.watch.tick_ns, self._clock.slipped_ticks), machine=self._probe.take(),
+            now.number,
+            now.now_ns,
+            can_frames=not_later(self.can.read(stamp_ns), now.now_ns),
+            can=self.can.status,
+            lidar_chunks=self.ear.take(),
+            lidar_state=self.lidar.state,
+            link_messages=self.link.read(stamp_ns),
+            link_state=self.link.state,
+            health=Health(self.watch.tick_ns, self._clock.slipped_ticks),
+            machine=self._probe.take(),
         )
 
     def look(self) -> None:
@@ -114,11 +119,16 @@ class LockStepPorts:
         lidar_state, chunks = self._read_lidar(channels.get("lidar"))
         self._tick, self._left_out = now.number, self._left_out + now.number - self._tick - 1
         return Inputs(
-            now.number, now.now_ns,
-            can_frames=self._read_can(channels.get("can")), can=self._can_status(channels.get("can")),
-            lidar_chunks=chunks, lidar_state=lidar_state,
-            link_messages=self._read_link(channels.get("link")), link_state=_state(channels.get("link")),
-            health=Health(slipped_ticks=self._left_out), machine=Machine(*now.machine) if now.machine else None,
+            now.number,
+            now.now_ns,
+            can_frames=self._read_can(channels.get("can")),
+            can=self._can_status(channels.get("can")),
+            lidar_chunks=chunks,
+            lidar_state=lidar_state,
+            link_messages=self._read_link(channels.get("link")),
+            link_state=_state(channels.get("link")),
+            health=Health(slipped_ticks=self._left_out),
+            machine=Machine(*now.machine) if now.machine else None,
         )
 
     def look(self) -> None:
@@ -250,8 +260,11 @@ def _fly(config: Config, announce: Announce) -> int:
 
 
 def loop(
-    rover: Rover, ports: LockStepPorts | WallPorts, clock: LockStepClock | WallClock,
-    work: tuple[Workers, StateFolder], beside: tuple[Books, Spare],
+    rover: Rover,
+    ports: LockStepPorts | WallPorts,
+    clock: LockStepClock | WallClock,
+    work: tuple[Workers, StateFolder],
+    beside: tuple[Books, Spare],
 ) -> bool:
     """Run ticks until the clock ends the run; then stop the wheels and the LIDAR.
 
@@ -267,8 +280,11 @@ def loop(
 
 
 def _ticks(
-    rover: Rover, ports: LockStepPorts | WallPorts, clock: LockStepClock | WallClock,
-    work: tuple[Workers, StateFolder], beside: tuple[Books, Spare],
+    rover: Rover,
+    ports: LockStepPorts | WallPorts,
+    clock: LockStepClock | WallClock,
+    work: tuple[Workers, StateFolder],
+    beside: tuple[Books, Spare],
 ) -> bool:
     """Run the ticks of `loop`.
 

@@ -16,8 +16,18 @@ from typing import Any
 from onboard.config_value import AT_ONCE, NEXT_MISSION, RESTART, ConfigError, from_tree, section, value
 from onboard.toml_text import TomlError, parse_toml, read_toml, shown
 
-__all__ = ["AT_ONCE", "NEXT_MISSION", "RAD", "RESTART", "Config", "ConfigError", "from_tree", "load", "parse_override",
-           "value"]
+__all__ = [
+    "AT_ONCE",
+    "NEXT_MISSION",
+    "RAD",
+    "RESTART",
+    "Config",
+    "ConfigError",
+    "from_tree",
+    "load",
+    "parse_override",
+    "value",
+]
 
 RAD = math.pi / 180.0
 
@@ -39,12 +49,17 @@ class Rover:
     lidar_x_m: float = value(0.30, "scanner's centre ahead of base_link, on the tilt axis", low=-3, high=3)
     lidar_z_m: float = value(0.70, "scanner's centre above the wheel plane", low=0.1, high=5)
     lidar_y_m: float = value(0.0, "scanner's centre left of base_link", low=-3, high=3)
-    lidar_roll_rad: float = value(0.0, "tilt unit as it is bolted on: about x, after that pitch and yaw; see docs "
-                                  "(calibration)", low=-0.3, high=0.3)
+    lidar_roll_rad: float = value(
+        0.0,
+        "tilt unit as it is bolted on: about x, after that pitch and yaw; see docs (calibration)",
+        low=-0.3,
+        high=0.3,
+    )
     lidar_pitch_rad: float = value(0.0, "likewise, about y: down where the axis says 0", low=-0.3, high=0.3)
     lidar_yaw_rad: float = value(0.0, "likewise, about z: it looks to the left", low=-0.3, high=0.3)
-    imu_roll_rad: float = value(0.0, "inertial sensor as it is bolted on: about x, after that pitch and yaw",
-                                low=-math.pi, high=math.pi)
+    imu_roll_rad: float = value(
+        0.0, "inertial sensor as it is bolted on: about x, after that pitch and yaw", low=-math.pi, high=math.pi
+    )
     imu_pitch_rad: float = value(0.0, "likewise, about y", low=-math.pi, high=math.pi)
     imu_yaw_rad: float = value(0.0, "likewise, about z", low=-math.pi, high=math.pi)
     steer_1_offset_rad: float = value(0.0, "angle of wheel 1 (front left) where its unit says 0", low=-0.3, high=0.3)
@@ -68,9 +83,12 @@ class Lidar:
 
     address: str = value("tcp:192.168.0.10:10940", "tcp:HOST:PORT, tty:PATH or, of a serial line, tty:PATH@BITRATE")
     model: str = value("UTM-30LX", "what the sensor's name must hold; empty: any")
-    command: str = value("MD", "how it is asked: D range, S short range, E with intensity; M stream, G scan by scan; "
-                         "N and H the same with several echoes",
-                         one_of=("MD", "MS", "ME", "ND", "NE", "GD", "GS", "GE", "HD", "HE"))
+    command: str = value(
+        "MD",
+        "how it is asked: D range, S short range, E with intensity; M stream, G scan by scan; "
+        "N and H the same with several echoes",
+        one_of=("MD", "MS", "ME", "ND", "NE", "GD", "GS", "GE", "HD", "HE"),
+    )
     first_step: int = value(-1, "first step of the sector, -1: the sensor's", low=-1, high=9999)
     last_step: int = value(-1, "last step of the sector, -1: the sensor's", low=-1, high=9999)
     cluster: int = value(1, "neighbouring steps that become one value", low=1, high=99)
@@ -82,8 +100,13 @@ class Lidar:
     health_ns: int = value(5_000_000_000, "while idle, the sensor's state is read this often", low=1e8, high=1e12)
     ring: int = value(16, "scans whose memory is used again", low=2, high=4096)
     reference_step: int = value(0, "step whose time the stamp names (see docs)", low=-540, high=1440)
-    latency_ns: int = value(23_700_000, "from the stamped instant to the first byte of its frame, at best; a logged "
-                            "UTM-30LX, 1.5 ms; `onboard lidar lag` measures it", low=0, high=1e8)
+    latency_ns: int = value(
+        23_700_000,
+        "from the stamped instant to the first byte of its frame, at best; a logged "
+        "UTM-30LX, 1.5 ms; `onboard lidar lag` measures it",
+        low=0,
+        high=1e8,
+    )
     range_noise_m: float = value(0.02, "1 sigma of a range", low=0, high=0.5)
     silent_ns: int = value(150_000_000, "no valid frame while streaming: LIDAR_SILENT", low=1e7, high=1e10)
     reply_timeout_ns: int = value(1_000_000_000, "a command is sent again after this", low=1e7, high=1e11)
@@ -98,8 +121,9 @@ class Link:
     rate_bps: float = value(256_000.0, "line rate of the downlink", low=1000, high=1e9)
     command_keys: str = value("", "file with the operator stations' keys (mode 0600)")
     downlink_key: str = value("", "file with the rover's key (mode 0600)")
-    bench_seed: int = value(-1, "where no key files are named: keys from this seed; bench only, -1 = not a bench",
-                            low=-1, high=2**31)
+    bench_seed: int = value(
+        -1, "where no key files are named: keys from this seed; bench only, -1 = not a bench", low=-1, high=2**31
+    )
     boot_count: int = value(1, "boot id of this start on a bench", low=1, high=2**31)
     lease_s: float = value(120.0, "a station not heard for longer loses the control lease", low=10, high=1e6)
 
@@ -136,8 +160,9 @@ class LostBeams:
     second_ratio: float = value(0.14, "and a second one is made at each stop", low=0.005, high=1)
     short_ratio: float = value(0.20, "and legs and the trusted range are short", low=0.005, high=1)
     stop_ratio: float = value(0.30, "in the last sweep of a stop: LIDAR_DIRTY, the mission ends", low=0.005, high=1)
-    side_ratio: float = value(0.25, "share lost towards the goal that makes `no way is left` doubtful", low=0.005,
-                              high=1)
+    side_ratio: float = value(
+        0.25, "share lost towards the goal that makes `no way is left` doubtful", low=0.005, high=1
+    )
     looks: int = value(2, "times in a mission that it looks again before it gives up so", low=0, high=20)
     short_leg_m: float = value(2.0, "longest way between two scans then", low=0.5, high=100)
     short_range_m: float = value(5.0, "trusted range then", low=1, high=30)
@@ -151,8 +176,9 @@ class Mapping_:
     size_m: float = value(20.0, "side of the LDEM, centred on the rover at each stop", low=4, high=100)
     near_m: float = value(5.0, "a cell with 3 hits from nearer takes the newest scan alone (R3)", low=0, high=30)
     assumed_m: float = value(0.9, "radius of the assumed disc at the start (R1)", low=0, high=3)
-    trust_m: float = value(1.5, "on pitted ground wheels roll only over cells seen from nearer; 2.0 without the guard",
-                           low=0.7, high=30)
+    trust_m: float = value(
+        1.5, "on pitted ground wheels roll only over cells seen from nearer; 2.0 without the guard", low=0.7, high=30
+    )
     fill_cells: int = value(2, "most missing cells that are filled between hits", low=0, high=10)
     folder: str = value("", "where the map is kept from run to run, in tiles; empty: it is not", takes=RESTART)
 
@@ -161,15 +187,17 @@ class Mapping_:
 class Planning:
     """Pose freedom and the planners."""
 
-    step_m: float = value(0.06, "highest step under a wheel, of those the map shows: a rock's top reads 2 cm low",
-                          low=0.01, high=1)
+    step_m: float = value(
+        0.06, "highest step under a wheel, of those the map shows: a rock's top reads 2 cm low", low=0.01, high=1
+    )
     under_belly_m: float = value(0.10, "highest thing under the body above the wheel plane", low=0.01, high=1)
     tilt_limit_rad: float = value(25 * RAD, "steepest roll or pitch from the four wheels", low=0.05, high=1)
     slope_limit_rad: float = value(20 * RAD, "steepest ground", low=0.05, high=1)
     turn_cost_m: float = value(0.08, "price of a turn of 22.5 degrees", low=0, high=5)
     closeness_weight: float = value(1.5, "soft cost near what is not free", low=0, high=20)
-    touching_ratio: float = value(5.0, "likewise right beside a blocked pose: only where there is no other way",
-                                  low=0, high=100)
+    touching_ratio: float = value(
+        5.0, "likewise right beside a blocked pose: only where there is no other way", low=0, high=100
+    )
     unknown_ratio: float = value(0.2, "price of a metre over unknown ground, above that over free", low=0, high=10)
     slippery_ratio: float = value(2.0, "price of a metre where wheels slipped, above that over free", low=0, high=10)
     planner: str = value("pose-field", "row of planning.PLANNERS", one_of=("pose-field", "distance-transform"))
@@ -183,22 +211,33 @@ class Planning:
 class Mission:
     """Mission rule."""
 
-    strategy: str = value("optimistic", "row of planning.strategies.STRATEGIES: how the next stop is chosen",
-                          one_of=("optimistic", "explore", "visibility", "hill-climb"))
+    strategy: str = value(
+        "optimistic",
+        "row of planning.strategies.STRATEGIES: how the next stop is chosen",
+        one_of=("optimistic", "explore", "visibility", "hill-climb"),
+    )
     goal_tolerance_m: float = value(0.3, "arrived when the estimate is this near", low=0.05, high=10)
     leg_m: float = value(4.0, "longest way between two scans: odometry slips", low=0.5, high=100)
     guard: bool = value(True, "R10: a strategy chooses only while the way left shrinks; false for simulation only")
     stop_limit: int = value(40, "most sensing stops of one mission", low=1, high=10_000)
     weight_occlusion: float = value(1.0, "W_occ of Eq. 28", low=0, high=100)
     weight_distance: float = value(0.5, "W_L of Eq. 28", low=0, high=100)
-    distance: str = value("cost-to-go", "L of Eq. 28: over the map's ways, or Eq. 27's straight line",
-                          one_of=("cost-to-go", "straight-line"))
-    ground: str = value("smooth", "smooth, or pitted: holes are possible, so wheels trust near views only (trust_m)",
-                        one_of=("smooth", "pitted"))
-    gdem: str = value("", "the orbiter's map, an .npz of heights_m, x0_m, y0_m, cell_m; empty: flat, unknown",
-                      takes=RESTART)
-    gdem_needed: bool = value(True, "no start where that map is missing or damaged; false: it flies without, and says "
-                              "so", takes=RESTART)
+    distance: str = value(
+        "cost-to-go",
+        "L of Eq. 28: over the map's ways, or Eq. 27's straight line",
+        one_of=("cost-to-go", "straight-line"),
+    )
+    ground: str = value(
+        "smooth",
+        "smooth, or pitted: holes are possible, so wheels trust near views only (trust_m)",
+        one_of=("smooth", "pitted"),
+    )
+    gdem: str = value(
+        "", "the orbiter's map, an .npz of heights_m, x0_m, y0_m, cell_m; empty: flat, unknown", takes=RESTART
+    )
+    gdem_needed: bool = value(
+        True, "no start where that map is missing or damaged; false: it flies without, and says so", takes=RESTART
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,13 +274,16 @@ class Localisation:
     start_x_m: float = value(0.0, "where the rover stands at the start, in the map frame", low=-1e5, high=1e5)
     start_y_m: float = value(0.0, "likewise", low=-1e5, high=1e5)
     start_yaw_rad: float = value(0.0, "and looks (from the lander, a star tracker, an operator)", low=-7, high=7)
-    slope_slip_ratio: float = value(0.36, "slide down a small slope: of the way of the rims, times the slope's tangent",
-                                    low=0, high=2)
-    soil_friction_rad: float = value(35 * RAD, "angle at which the soil bears nothing more: the slide grows towards it",
-                                     low=0.1, high=1.4)
+    slope_slip_ratio: float = value(
+        0.36, "slide down a small slope: of the way of the rims, times the slope's tangent", low=0, high=2
+    )
+    soil_friction_rad: float = value(
+        35 * RAD, "angle at which the soil bears nothing more: the slide grows towards it", low=0.1, high=1.4
+    )
     registration_range_m: float = value(15.0, "hits up to here are registered", low=2, high=30)
-    level_slip_ratio: float = value(0.015, "share of the wheels' way that is lost on level soil, until stops tell more",
-                                    low=-0.3, high=0.9)
+    level_slip_ratio: float = value(
+        0.015, "share of the wheels' way that is lost on level soil, until stops tell more", low=-0.3, high=0.9
+    )
     odometry_noise_ratio: float = value(0.01, "1 sigma of it", low=0, high=1)
     gyro_noise_radps: float = value(0.001, "1 sigma of a sample of the gyro", low=0, high=1)
     registration_scale: float = value(2.5, "sigmas of a registration, of those its planes tell", low=0.01, high=100)
@@ -255,10 +297,12 @@ class Localisation:
 class Safety:
     """Limits of the monitors of this rover; detection times are in protocol.tables.faults."""
 
-    command_lost_ns: int = value(300_000_000_000, "no authenticated contact: finish the leg, then STANDBY",
-                                 low=1e9, high=1e14)
-    command_lost: str = value("standby", "and what then: stand by, or return to the start along the driven way",
-                              one_of=("standby", "return"))
+    command_lost_ns: int = value(
+        300_000_000_000, "no authenticated contact: finish the leg, then STANDBY", low=1e9, high=1e14
+    )
+    command_lost: str = value(
+        "standby", "and what then: stand by, or return to the start along the driven way", one_of=("standby", "return")
+    )
     tilt_limit_rad: float = value(28 * RAD, "roll or pitch that stops the rover", low=0.1, high=1)
     pose_sigma_m: float = value(0.25, "1 sigma of the place at which the rover stops and looks", low=0.01, high=10)
     heading_sigma_rad: float = value(4 * RAD, "likewise of the heading", low=0.01, high=1)
@@ -349,9 +393,7 @@ class Config:
     status: Status = section(Status)
 
 
-def load(
-    path: Path | None = None, overrides: Mapping[str, Any] | None = None, source: str = "command line"
-) -> Config:
+def load(path: Path | None = None, overrides: Mapping[str, Any] | None = None, source: str = "command line") -> Config:
     """Load the defaults, changed by a TOML file, then by dotted overrides ({"can.uri": "virtual:a"}).
 
     source: origin of the overrides, for error texts without a file. Raises FileNotFoundError for a missing file,

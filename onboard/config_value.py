@@ -31,7 +31,12 @@ AT_ONCE, NEXT_MISSION, RESTART = "at once", "with the next mission", "with a res
 
 
 def value(
-    default: Any, meaning: str, *, low: float | None = None, high: float | None = None, one_of: tuple[str, ...] = (),
+    default: Any,
+    meaning: str,
+    *,
+    low: float | None = None,
+    high: float | None = None,
+    one_of: tuple[str, ...] = (),
     takes: str = "",
 ) -> Any:
     """Declare a field of the configuration with its default, meaning and range (its name ends with the unit).
@@ -79,8 +84,10 @@ def _checked(item: Any, kind: type, row: dataclasses.Field[Any], what: str) -> A
     low, high, one_of = (row.metadata.get(k) for k in ("low", "high", "one_of"))
     if one_of and item not in one_of:
         near = difflib.get_close_matches(str(item)[:_LONGEST], one_of, n=1)
-        raise ConfigError(f"{what} = {shown(item)} should be one of {', '.join(one_of)}"
-                          + (f"; did you mean {near[0]!r}?" if near else ""))
+        raise ConfigError(
+            f"{what} = {shown(item)} should be one of {', '.join(one_of)}"
+            + (f"; did you mean {near[0]!r}?" if near else "")
+        )
     if isinstance(item, (int, float)) and not isinstance(item, bool):
         too_low, too_high = low is not None and item < low, high is not None and item > high
         if too_low or too_high or item != item:

@@ -21,11 +21,13 @@ Rows = tuple[Vector, Vector, Vector]
 def rotation(roll_rad: float, pitch_rad: float, yaw_rad: float) -> F64:
     """Rotation matrix (3, 3): about x, then y, then z, of fixed axes."""
     (sr, sp, sy), (cr, cp, cy) = ([f(angle) for angle in (roll_rad, pitch_rad, yaw_rad)] for f in (sin, cos))
-    return np.array([
-        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-        [-sp, cp * sr, cp * cr],
-    ])  # fmt: skip
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
 
 
 def lidar_place(rover: Rover) -> F64:

@@ -15,8 +15,10 @@ from pictures.timelines import Span, Track, phase_patches, shade
 
 LOSS_COLOURS = (RED, ORANGE, PURPLE, BLACK)
 WHEEL_LINES: tuple[dict[str, Any], ...] = (  # each remains visible under the next
-    {"color": SKY, "linewidth": 5.0}, {"color": YELLOW, "linewidth": 3.0},
-    {"color": RED, "linewidth": 1.5}, {"color": BLACK, "linewidth": 0.9, "linestyle": (0, (4, 3))},
+    {"color": SKY, "linewidth": 5.0},
+    {"color": YELLOW, "linewidth": 3.0},
+    {"color": RED, "linewidth": 1.5},
+    {"color": BLACK, "linewidth": 0.9, "linestyle": (0, (4, 3))},
 )
 _SMOOTH_S = 1.0
 
@@ -36,8 +38,13 @@ def link(sent: Mapping[str, int], lost: Mapping[str, Mapping[str, int]]) -> Figu
             axes.barh(row, part, left=at, color=colour, height=0.6, label=label if row == 0 else None)
             at += part
         share = 100 * sum(gone) / count if count else 0.0
-        axes.annotate(f"{sum(gone)} of {count} lost, {share:.1f} %", (at, row), xytext=(6, 0),
-                      textcoords="offset points", va="center")
+        axes.annotate(
+            f"{sum(gone)} of {count} lost, {share:.1f} %",
+            (at, row),
+            xytext=(6, 0),
+            textcoords="offset points",
+            va="center",
+        )
     axes.set_yticks(range(len(sent)), list(sent))
     axes.invert_yaxis()
     axes.set_xlabel("datagrams")

@@ -84,8 +84,11 @@ class Stage:
         self._draw_plan(shot.plan)
         plan, lines = shot.plan, self._lines
         for name, way in (
-            ("points", shot.points), ("driven", shot.way), ("believed", shot.believed),
-            ("global", plan.global_path if plan else _NOTHING), ("local", plan.path if plan else _NOTHING),
+            ("points", shot.points),
+            ("driven", shot.way),
+            ("believed", shot.believed),
+            ("global", plan.global_path if plan else _NOTHING),
+            ("local", plan.path if plan else _NOTHING),
         ):
             lines[name].set_data(way[:, 0], way[:, 1])
         for patch, place in zip(self._wheels, shot.wheels):

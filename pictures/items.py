@@ -58,8 +58,11 @@ def items(series: Sequence[Series], zero_utc_ns: int = 0) -> Figure:
     else:
         panels[-1].xaxis_date(UTC)
         locator = panels[-1].xaxis.get_major_locator()
-        panels[-1].xaxis.set_major_formatter(ConciseDateFormatter(
-            locator, UTC, formats=_TICKS, zero_formats=_TICKS, offset_formats=["", "%Y", "%Y-%m", *["%Y-%m-%d"] * 3]))
+        panels[-1].xaxis.set_major_formatter(
+            ConciseDateFormatter(
+                locator, UTC, formats=_TICKS, zero_formats=_TICKS, offset_formats=["", "%Y", "%Y-%m", *["%Y-%m-%d"] * 3]
+            )
+        )
         panels[-1].set_xlabel("UTC")
     return made
 

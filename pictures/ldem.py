@@ -17,10 +17,18 @@ from pictures.marks import NEXT, RING, goal, rover, sector, star
 from pictures.style import BLACK, BLUE, PAGE_IN, RED, drawn, figure, literal
 from pictures.terrain import extent, hillshade, map_axes
 
-SET_COLOURS = {NodeSet.OUTSIDE: "#f7f7f7", NodeSet.OCCLUDED: "#9a9aa6", NodeSet.OBSTACLE: "#d98550",
-               NodeSet.FREE: "#bfe0d2"}
-SET_NAMES = {NodeSet.OUTSIDE: "outside", NodeSet.OCCLUDED: "occluded", NodeSet.OBSTACLE: "obstacle",
-             NodeSet.FREE: "free"}
+SET_COLOURS = {
+    NodeSet.OUTSIDE: "#f7f7f7",
+    NodeSet.OCCLUDED: "#9a9aa6",
+    NodeSet.OBSTACLE: "#d98550",
+    NodeSet.FREE: "#bfe0d2",
+}
+SET_NAMES = {
+    NodeSet.OUTSIDE: "outside",
+    NodeSet.OCCLUDED: "occluded",
+    NodeSet.OBSTACLE: "obstacle",
+    NodeSet.FREE: "free",
+}
 COLUMNS = 3
 
 

@@ -14,8 +14,14 @@ from pictures.style import BLACK, RED
 from pictures.terrain import extent
 
 NEXT = "#7a2d8f"
-RING = {"marker": "o", "markersize": 11, "markerfacecolor": "none", "markeredgecolor": RED, "markeredgewidth": 2,
-        "linestyle": "none"}
+RING = {
+    "marker": "o",
+    "markersize": 11,
+    "markerfacecolor": "none",
+    "markeredgecolor": RED,
+    "markeredgewidth": 2,
+    "linestyle": "none",
+}
 SECTOR_M = 2.0
 
 

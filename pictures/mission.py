@@ -97,5 +97,3 @@ def _words(axes: Axes, story: Story) -> None:
 
 def _decision(number: int, plan: PlanPicture) -> list[str]:
     return textwrap.wrap(f"{number}. {plan.rule} {plan.kind}: {plan.reason}", WIDTH_OF_TEXT, subsequent_indent="    ")
-
-

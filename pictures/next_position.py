@@ -32,8 +32,9 @@ def next_position(plan: PlanPicture, sector_rad: float, body_m: tuple[float, flo
     left, right, bottom, top = extent(plan.grid)
     axes.imshow(set_picture(plan), origin="lower", extent=(left, right, bottom, top), interpolation="nearest")
     if np.isfinite(plan.score_map).any():
-        image = axes.imshow(plan.score_map, origin="lower", extent=(left, right, bottom, top), cmap=SCORES,
-                            interpolation="nearest")
+        image = axes.imshow(
+            plan.score_map, origin="lower", extent=(left, right, bottom, top), cmap=SCORES, interpolation="nearest"
+        )
         made.colorbar(image, ax=axes, label="score E (Eq. 28)", shrink=0.75, aspect=35)
     _choices(axes, plan, sector_rad)
     rover(axes, plan.pose, body_m)

@@ -109,5 +109,9 @@ def _window(ground: Ground, ways: Ways) -> tuple[float, float, float, float]:
     short = max(right - left, top - bottom) / 2
     grow_x, grow_y = (max(0.0, short - side) / 2 for side in (right - left, top - bottom))
     edges = extent(ground.grid)
-    return (max(left - grow_x, edges[0]), min(right + grow_x, edges[1]),
-            max(bottom - grow_y, edges[2]), min(top + grow_y, edges[3]))
+    return (
+        max(left - grow_x, edges[0]),
+        min(right + grow_x, edges[1]),
+        max(bottom - grow_y, edges[2]),
+        min(top + grow_y, edges[3]),
+    )

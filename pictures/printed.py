@@ -56,8 +56,9 @@ def visibility(ground: Ground, nodes: Grid, maps: Sequence[tuple[str, F64]]) -> 
     draw_ground(panels[0], ground)
     panels[0].set_title("the ground\n")
     for axes, (title, vis) in zip(panels[1:], maps):
-        image = axes.imshow(vis, origin="lower", extent=extent(nodes), vmin=0, vmax=1, cmap="viridis",
-                            interpolation="nearest")
+        image = axes.imshow(
+            vis, origin="lower", extent=extent(nodes), vmin=0, vmax=1, cmap="viridis", interpolation="nearest"
+        )
         axes.set_title(f"{title}\nmedian Vis {np.median(vis):.3f}")
         map_axes(axes)
     made.colorbar(image, ax=panels, label="Vis", location="bottom", shrink=0.5, aspect=40)
@@ -69,10 +70,18 @@ def search(ground: Ground, nodes: Grid, goal_m: tuple[float, float], answers: Se
     """E by several rules, with the climbs over it and the chosen node."""
     made = figure(PAGE_IN, 5.3)
     for axes, answer in zip(made.subplots(1, len(answers)), answers):
-        axes.imshow(hillshade(ground.heights_m, ground.grid.cell_m), origin="lower", extent=extent(ground.grid),
-                    cmap="gray", vmin=0.2, vmax=1.2, interpolation="nearest")
-        image = axes.imshow(answer.score, origin="lower", extent=extent(nodes), cmap="viridis", alpha=0.75,
-                            interpolation="nearest")
+        axes.imshow(
+            hillshade(ground.heights_m, ground.grid.cell_m),
+            origin="lower",
+            extent=extent(ground.grid),
+            cmap="gray",
+            vmin=0.2,
+            vmax=1.2,
+            interpolation="nearest",
+        )
+        image = axes.imshow(
+            answer.score, origin="lower", extent=extent(nodes), cmap="viridis", alpha=0.75, interpolation="nearest"
+        )
         for climb in answer.climbs:
             x, y = nodes.x0_m + climb[:, 1] * nodes.cell_m, nodes.y0_m + climb[:, 0] * nodes.cell_m
             axes.plot(x, y, color="white", linewidth=2.6)
@@ -87,13 +96,25 @@ def search(ground: Ground, nodes: Grid, goal_m: tuple[float, float], answers: Se
         map_axes(axes)
         made.colorbar(image, ax=axes, location="bottom", shrink=0.8, label="E")
     dot = {"color": "none", "markeredgecolor": BLACK, "markerfacecolor": "white"}
-    made.legend(loc="outside upper center", ncols=4, handles=[
-        Line2D([], [], marker="o", markersize=6, label="start of a climb", **dot),
-        Line2D([], [], marker="X", markersize=9, color="none", markerfacecolor=RED, markeredgecolor="white",
-               label="where it was cut off"),
-        Line2D([], [], marker="*", markersize=15, label="best node", **dot),
-        Line2D([], [], label="goal", **RING),
-    ])
+    made.legend(
+        loc="outside upper center",
+        ncols=4,
+        handles=[
+            Line2D([], [], marker="o", markersize=6, label="start of a climb", **dot),
+            Line2D(
+                [],
+                [],
+                marker="X",
+                markersize=9,
+                color="none",
+                markerfacecolor=RED,
+                markeredgecolor="white",
+                label="where it was cut off",
+            ),
+            Line2D([], [], marker="*", markersize=15, label="best node", **dot),
+            Line2D([], [], label="goal", **RING),
+        ],
+    )
     return made
 
 
@@ -146,8 +167,15 @@ def fractal(sizes: Sequence[int], sigmas: Sequence[tuple[str, F64]], grounds: Se
     quiet(chart)
     chart.legend(loc="upper right")
     for axes, ground in zip(maps, grounds):
-        axes.imshow(hillshade(ground.heights_m, ground.grid.cell_m), origin="lower", extent=extent(ground.grid),
-                    cmap="gray", vmin=0.2, vmax=1, interpolation="nearest")
+        axes.imshow(
+            hillshade(ground.heights_m, ground.grid.cell_m),
+            origin="lower",
+            extent=extent(ground.grid),
+            cmap="gray",
+            vmin=0.2,
+            vmax=1,
+            interpolation="nearest",
+        )
         axes.set_title(ground.name)
         map_axes(axes)
     return made

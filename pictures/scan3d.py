@@ -44,9 +44,12 @@ def _image(axes: Axes, scan: Scan3d) -> None:
     azimuths = np.degrees(scan.azimuths_rad)
     seconds = (scan.pixels["time_ns"][:, 0] - scan.pixels["time_ns"][0, 0]) * 1e-9
     drawn_image = axes.imshow(
-        range_m[:, ::-1], aspect="auto", cmap=_COLOURS, interpolation="nearest",
+        range_m[:, ::-1],
+        aspect="auto",
+        cmap=_COLOURS,
+        interpolation="nearest",
         extent=(azimuths[-1], azimuths[0], seconds[-1], seconds[0]),
-    )  # fmt: skip
+    )
     axes.set(title="range image: one line a turn", xlabel="azimuth, degrees (left is left)", ylabel="time, s")
     axes.figure.colorbar(drawn_image, ax=axes, label="range, m", pad=0.01)
 
@@ -67,8 +70,9 @@ def _floor(axes: Axes, scan: Scan3d, made: Points, wrong: Points) -> None:
     floor = np.abs(made.xyz_m[:, 2]) < _FLOOR_M
     azimuth = np.degrees(scan.azimuths_rad[made.beam[floor]])
     for each, colour, name in (
-        (wrong, RED, "one tilt for a whole turn"), (made, BLACK, "the tilt at each beam's own time"),
-    ):  # fmt: skip
+        (wrong, RED, "one tilt for a whole turn"),
+        (made, BLACK, "the tilt at each beam's own time"),
+    ):
         height_mm = 1e3 * each.xyz_m[floor, 2]
         axes.scatter(azimuth, height_mm, s=0.6, color=colour, linewidths=0, label=name, rasterized=True)
     axes.invert_xaxis()

@@ -19,22 +19,52 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 BLACK, BLUE, SKY, GREEN, ORANGE, RED, PURPLE, YELLOW = (
-    "#000000", "#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00", "#CC79A7", "#F0E442"
+    "#000000",
+    "#0072B2",
+    "#56B4E9",
+    "#009E73",
+    "#E69F00",
+    "#D55E00",
+    "#CC79A7",
+    "#F0E442",
 )
 GREY, PALE = "#6b6b6b", "#e4e4e4"
 DOTS_PER_INCH = 150
 PAGE_IN = 9.0  # width of a picture on the page
 
-PHASE_COLOURS = {"SCANNING": SKY, "MAPPING": PALE, "PLANNING": PALE, "DRIVING": GREEN, "TURNING": ORANGE,
-                  "BACKING_OFF": RED}
+PHASE_COLOURS = {
+    "SCANNING": SKY,
+    "MAPPING": PALE,
+    "PLANNING": PALE,
+    "DRIVING": GREEN,
+    "TURNING": ORANGE,
+    "BACKING_OFF": RED,
+}
 
 _STYLE: dict[str, Any] = {
-    "font.family": "DejaVu Sans", "font.size": 10.0, "axes.titlesize": 11.0, "axes.titleweight": "bold",
-    "axes.labelsize": 10.0, "xtick.labelsize": 9.0, "ytick.labelsize": 9.0, "legend.fontsize": 9.0,
-    "legend.frameon": True, "legend.framealpha": 0.92, "legend.edgecolor": "#bbbbbb", "legend.fancybox": False,
-    "axes.edgecolor": "#555555", "axes.linewidth": 0.8, "axes.axisbelow": True, "axes.grid": False,
-    "grid.color": "#cccccc", "grid.linewidth": 0.6, "lines.linewidth": 1.6, "lines.solid_capstyle": "round",
-    "figure.facecolor": "white", "savefig.facecolor": "white", "path.simplify": True,
+    "font.family": "DejaVu Sans",
+    "font.size": 10.0,
+    "axes.titlesize": 11.0,
+    "axes.titleweight": "bold",
+    "axes.labelsize": 10.0,
+    "xtick.labelsize": 9.0,
+    "ytick.labelsize": 9.0,
+    "legend.fontsize": 9.0,
+    "legend.frameon": True,
+    "legend.framealpha": 0.92,
+    "legend.edgecolor": "#bbbbbb",
+    "legend.fancybox": False,
+    "axes.edgecolor": "#555555",
+    "axes.linewidth": 0.8,
+    "axes.axisbelow": True,
+    "axes.grid": False,
+    "grid.color": "#cccccc",
+    "grid.linewidth": 0.6,
+    "lines.linewidth": 1.6,
+    "lines.solid_capstyle": "round",
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+    "path.simplify": True,
 }
 
 

@@ -29,6 +29,7 @@ class Track:
 
     def at(self, times_s: F64) -> Track:
         """The poses at other times, linearly interpolated; angles are unwrapped at pi."""
+
         def between(values: F64) -> F64:
             return np.column_stack([np.interp(times_s, self.times_s, column) for column in values.T])
 

@@ -16,8 +16,14 @@ from onboard.records import F64
 from pictures.style import BLACK, BLUE, GREEN, GREY, ORANGE, PAGE_IN, RED, SKY, drawn, figure, quiet
 
 WHEEL_M = (0.2, 0.1)
-RING = {"marker": "o", "markersize": 11, "markerfacecolor": "none", "markeredgecolor": RED, "markeredgewidth": 2,
-        "linestyle": "none"}
+RING = {
+    "marker": "o",
+    "markersize": 11,
+    "markerfacecolor": "none",
+    "markeredgecolor": RED,
+    "markeredgewidth": 2,
+    "linestyle": "none",
+}
 _PALE_BOX = {"boxstyle": "square,pad=0.2", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
 _ARROW = {"arrowstyle": "-|>", "color": BLACK}
 _REACH = np.array([-2.5, 2.5])
@@ -54,8 +60,16 @@ def draw_wheel(axes: Axes, number: int, place_m: F64, angle_rad: float, colour: 
 def draw_angle(axes: Axes, place_m: F64, angle_rad: float) -> None:
     """A wheel's steering angle next to it, in degrees."""
     a, b = place_m
-    axes.text((-1 if b > 0 else 1) * 0.48, math.copysign(0.62, a), f"{math.degrees(angle_rad):+.1f}°", ha="center",
-              va="center", fontsize=8.5, bbox=_PALE_BOX, zorder=6)
+    axes.text(
+        (-1 if b > 0 else 1) * 0.48,
+        math.copysign(0.62, a),
+        f"{math.degrees(angle_rad):+.1f}°",
+        ha="center",
+        va="center",
+        fontsize=8.5,
+        bbox=_PALE_BOX,
+        zorder=6,
+    )
 
 
 def draw_body(axes: Axes) -> None:
@@ -92,8 +106,11 @@ def carrots(ways: Sequence[tuple[str, F64]], law: Sequence[tuple[str, F64]]) -> 
     """Distances from a straight path, each (k, 2) of path length and distance, m; the carrot and the other laws."""
     made = figure(PAGE_IN, 3.3)
     colours = (RED, ORANGE, BLUE, GREEN, SKY)
-    for axes, lines, title in zip(made.subplots(1, 2, sharey=True), (ways, law),
-                                  ("the chapter's carrot, $K_p$ 0.22 / s", "as it flies, L = 0.35 m")):
+    for axes, lines, title in zip(
+        made.subplots(1, 2, sharey=True),
+        (ways, law),
+        ("the chapter's carrot, $K_p$ 0.22 / s", "as it flies, L = 0.35 m"),
+    ):
         for (name, line), colour in zip(lines, colours):
             axes.plot(line[:, 0], 1000.0 * line[:, 1], color=colour, label=name)
         axes.axhline(0.0, color=BLACK, linewidth=0.8)

@@ -26,8 +26,10 @@ class KernelsOf:
         stems = {path.name.split(".")[0]: path for path in folder.glob("_*.so")}
         self.paths = {
             f"{home}.{stem}": path
-            for stem, path in stems.items() for word, home in HOMES.items() if stem.startswith(word)
-        }  # fmt: skip
+            for stem, path in stems.items()
+            for word, home in HOMES.items()
+            if stem.startswith(word)
+        }
         if not self.paths:
             raise FileNotFoundError(f"{FOLDER}={folder}: no native module there")
 

@@ -45,9 +45,7 @@ def distance(free: np.ndarray, goals: np.ndarray, cell_m: float, closeness: np.n
     return cost
 
 
-def sight_price(
-    free: np.ndarray, closeness: np.ndarray | None, grid: Grid, line: tuple, spacing_m: float
-) -> float:
+def sight_price(free: np.ndarray, closeness: np.ndarray | None, grid: Grid, line: tuple, spacing_m: float) -> float:
     """Price of a straight drive, inf where a station's pose is not free."""
     a, b, o = line
     pieces = max(1, math.ceil(math.dist(a, b) / spacing_m - 1e-9))

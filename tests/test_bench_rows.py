@@ -39,8 +39,11 @@ def test_a_row_holds_on_the_right_side_of_its_limit_and_only_with_what_else_is_a
 
 def jitter_run(p50, p999, granted=True, kind="bare loop"):
     reference = {"kind": kind, "late_us": {"p50": 50.0, "p999": 100.0}}
-    return {"late_us": {"p50": p50, "p999": p999}, "reference": reference,
-            "real_time": [{"option": "fifo_priority", "granted": granted, "text": ""}]}  # fmt: skip
+    return {
+        "late_us": {"p50": p50, "p999": p999},
+        "reference": reference,
+        "real_time": [{"option": "fifo_priority", "granted": granted, "text": ""}],
+    }
 
 
 def test_jitter_is_judged_by_both_shares_with_fifo_and_by_the_median_alone_without():

@@ -42,9 +42,7 @@ def test_tests_named_on_a_page_exist(page):
     assert [name for name in named if f"def {name}(" not in sources] == []
 
 
-@pytest.mark.parametrize(
-    ("page", "made"), [("as-printed.md", MADE), ("lidar-tool.md", SCANNED), ("motion.md", DRIVEN)]
-)
+@pytest.mark.parametrize(("page", "made"), [("as-printed.md", MADE), ("lidar-tool.md", SCANNED), ("motion.md", DRIVEN)])
 def test_a_page_shows_every_picture_that_is_made_for_it(page, made):
     shown = re.findall(r"\]\(pictures/([\w.-]+)\)", (DOCS / page).read_text())
     assert shown == list(made)

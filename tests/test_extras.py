@@ -112,11 +112,13 @@ def test_a_fresh_environment_with_the_extra_onboard_alone_flies_replays_and_chec
     here = Path(sys.executable).parent
 
     def onboard(*words):
-        return subprocess.run([environment / "bin/onboard", *words], cwd=tmp_path, capture_output=True, text=True,
-                              timeout=600)  # fmt: skip
+        return subprocess.run(
+            [environment / "bin/onboard", *words], cwd=tmp_path, capture_output=True, text=True, timeout=600
+        )
 
-    listed = subprocess.run([environment / "bin/python", "-m", "pip", "list", "--format=freeze"], check=True,
-                            capture_output=True, text=True).stdout  # fmt: skip
+    listed = subprocess.run(
+        [environment / "bin/python", "-m", "pip", "list", "--format=freeze"], check=True, capture_output=True, text=True
+    ).stdout
     names = {extras.plain(line.partition("==")[0]) for line in listed.split()}
     assert not BENCH & names and set(extras.closure()) <= names
     assert onboard("run", "--print-config").stdout.startswith("[rover]")

@@ -26,7 +26,12 @@ ONE_IMPORTER = {
     "pymavlink": {"ground/gateway/frames.py"},
 }
 PURE = (
-    "protocol", "onboard/core", "onboard/devices", "onboard/perception", "onboard/planning", "onboard/motion",
+    "protocol",
+    "onboard/core",
+    "onboard/devices",
+    "onboard/perception",
+    "onboard/planning",
+    "onboard/motion",
     "docs/as_printed",
 )
 BANNED_IN_PURE = {"time", "socket", "threading", "random", "os", "subprocess", "select", "asyncio"}
@@ -61,7 +66,8 @@ def test_matplotlib_is_imported_in_pictures_only():
 
 def test_nothing_that_flies_or_tests_the_rover_imports_the_equations_as_printed():
     broken = [
-        f"{name}:{node.lineno}" for name, tree in sources(*PACKAGES)
+        f"{name}:{node.lineno}"
+        for name, tree in sources(*PACKAGES)
         for node in ast.walk(tree)
         if isinstance(node, ast.Import | ast.ImportFrom) and "as_printed" in ast.unparse(node)
     ]
@@ -73,14 +79,15 @@ def test_the_core_reads_no_clock_socket_or_environment_and_prints_nothing():
     for name, tree in sources(*PURE):
         broken += [f"{name}:{line} imports {module}" for module, line in imports(tree) if module in BANNED_IN_PURE]
         broken += [
-            f"{name}:{node.lineno} prints" for node in ast.walk(tree)
+            f"{name}:{node.lineno} prints"
+            for node in ast.walk(tree)
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "print"
         ]
     assert not broken
 
 
-def test_no_file_is_over_400_lines():
-    long = {name: n for name, _ in sources(*PACKAGES) if (n := len((ROOT / name).read_text().splitlines())) > 400}
+def test_no_file_is_over_500_lines():
+    long = {name: n for name, _ in sources(*PACKAGES) if (n := len((ROOT / name).read_text().splitlines())) > 500}
     assert not long
 
 

@@ -45,6 +45,7 @@ def test_the_notice_is_installed_where_debian_looks_for_it(tmp_path, monkeypatch
 
 
 def test_a_demo_builds_no_package_from_its_source():
-    said = subprocess.run(["make", "--dry-run", "--always-make", "demo"], cwd=ROOT, capture_output=True, text=True,
-                          check=True).stdout  # fmt: skip
+    said = subprocess.run(
+        ["make", "--dry-run", "--always-make", "demo"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout
     assert "requirements.lock" in said and "--only-binary" in said and "requirements-source" not in said

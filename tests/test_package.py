@@ -42,9 +42,13 @@ def place(destdir, version="1.0", prefix="/usr/local", python=INTERPRETER):
 def tree(root):
     """path -> content, where a link points, or None for a folder."""
     return {
-        str(path.relative_to(root)): os.readlink(path) if path.is_symlink() else path.read_bytes() if path.is_file()
-        else None for path in root.rglob("*")
-    }  # fmt: skip
+        str(path.relative_to(root)): os.readlink(path)
+        if path.is_symlink()
+        else path.read_bytes()
+        if path.is_file()
+        else None
+        for path in root.rglob("*")
+    }
 
 
 # -- install -----------------------------------------------------------------------------------------------------
@@ -63,7 +67,8 @@ def test_what_is_installed_lies_where_the_page_says_and_names_no_place_of_the_bu
     assert len(list((site / "onboard/native").glob("_kernels_*.so"))) == 3
     assert stat.S_IMODE((tmp_path / "usr/local/bin/onboard").stat().st_mode) == 0o755
     assert (tmp_path / "etc/el-dorado/rover.toml").read_text() == (
-        tmp_path / "usr/local/share/el-dorado/rover.toml").read_text()  # fmt: skip
+        tmp_path / "usr/local/share/el-dorado/rover.toml"
+    ).read_text()
     ours = [path for path in tmp_path.rglob("*") if path.is_file() and path.suffix not in (".so", ".pyi")]
     for path in ours:
         data = path.read_bytes()
@@ -78,8 +83,12 @@ def test_the_installed_command_runs_from_any_folder_without_the_source_tree(tmp_
     python = prefix / "lib/el-dorado/current/bin/python"
     told = subprocess.run(
         [python, "-P", "-c", "import click, onboard.config, sys; print(click.__file__, onboard.config.__file__)"],
-        cwd=ROOT, env=environment, capture_output=True, text=True, check=True,
-    ).stdout  # fmt: skip
+        cwd=ROOT,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
     assert all(path.startswith(str(prefix / "lib/el-dorado")) for path in told.split())
     missed = subprocess.run([prefix / "bin/onboard"], cwd=tmp_path, env=environment, capture_output=True, text=True)
     assert "No module named 'numpy'" in missed.stderr
@@ -126,8 +135,11 @@ def test_every_package_that_the_flight_program_imports_flies_with_it():
     owners, flown = packages_distributions(), closure()
     for path in (path for name in installer.PACKAGES for path in (ROOT / name).rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text())):
-            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else (
-                [node.module] if isinstance(node, ast.ImportFrom) and node.module and not node.level else [])
+            names = (
+                [alias.name for alias in node.names]
+                if isinstance(node, ast.Import)
+                else ([node.module] if isinstance(node, ast.ImportFrom) and node.module and not node.level else [])
+            )
             for top in {name.split(".")[0] for name in names} - set(sys.stdlib_module_names) - {*installer.PACKAGES}:
                 if top in owners:  # not: annotations of the type checker
                     assert any(re.sub(r"[-_.]+", "-", o).lower() in flown for o in owners[top]), (path, top)
@@ -149,8 +161,11 @@ def test_the_example_configuration_is_one_that_the_program_takes(tmp_path):
 
 
 def unit():
-    rows = [line.split("=", 1) for line in place("").filled("el-dorado.service").splitlines()
-            if "=" in line and not line.startswith("#")]
+    rows = [
+        line.split("=", 1)
+        for line in place("").filled("el-dorado.service").splitlines()
+        if "=" in line and not line.startswith("#")
+    ]
     return {key: [value for name, value in rows if name == key] for key, _ in rows}
 
 
@@ -182,8 +197,9 @@ def test_systemd_finds_nothing_wrong_with_the_unit(tmp_path):
 def test_the_units_exposure_is_at_most_two_and_a_half_of_ten(tmp_path):
     path = tmp_path / "el-dorado.service"
     path.write_text(place("").filled("el-dorado.service").replace("/usr/local/bin/onboard", sys.executable))
-    told = subprocess.run([ANALYZE, "security", "--offline=yes", "--threshold=25", "--no-pager", path],
-                          capture_output=True, text=True)  # fmt: skip
+    told = subprocess.run(
+        [ANALYZE, "security", "--offline=yes", "--threshold=25", "--no-pager", path], capture_output=True, text=True
+    )
     if "unrecognized option" in told.stderr:
         pytest.skip("this systemd-analyze reads no unit files for `security`")
     assert told.returncode == 0, told.stdout[-600:] + told.stderr
@@ -255,8 +271,10 @@ def test_dpkg_reads_the_package_and_unpacks_what_was_packed(deb, tmp_path):
     assert asked.stdout == "1.0+7.gabc\n"
     subprocess.run([DPKG, "--raw-extract", path, tmp_path / "out"], check=True)
     control = {name: text for name, text in tree(tmp_path / "out").items() if name.startswith("DEBIAN")}
-    assert set(control) == {"DEBIAN", *(f"DEBIAN/{name}" for name in ("control", "conffiles", "md5sums",
-                                                                      *make_deb.SCRIPTS))}  # fmt: skip
+    assert set(control) == {
+        "DEBIAN",
+        *(f"DEBIAN/{name}" for name in ("control", "conffiles", "md5sums", *make_deb.SCRIPTS)),
+    }
     unpacked = {name: text for name, text in tree(tmp_path / "out").items() if not name.startswith("DEBIAN")}
     assert unpacked == tree(tmp_path / "root")
 
@@ -274,9 +292,16 @@ def test_the_whole_package_flies_from_where_it_was_unpacked(tmp_path):
                 tar.extractall(tmp_path / "root")  # ours; its `filter` came with 3.11.4, Debian 12 has 3.11.2
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
     flown = [tmp_path / "root/usr/lib/el-dorado/current/bin/python", "-P", "-m", "onboard"]
-    told = subprocess.run([*flown, "run", "--print-config"], cwd=tmp_path, env=environment, capture_output=True,
-                          text=True, timeout=120)  # fmt: skip
+    told = subprocess.run(
+        [*flown, "run", "--print-config"], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120
+    )
     assert told.returncode == 0 and told.stdout.startswith("[rover]"), told.stderr
-    refused = subprocess.run([*flown, "run", "--set=can.uri=virtual:a", "--set=lidar.address=tcp:127.0.0.1:1"],
-                             cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120)  # fmt: skip
+    refused = subprocess.run(
+        [*flown, "run", "--set=can.uri=virtual:a", "--set=lidar.address=tcp:127.0.0.1:1"],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
     assert refused.returncode == 78 and "link.command_keys" in refused.stderr  # every module was there

@@ -31,24 +31,33 @@ def read(heading: str, data: bytes) -> dict[str, int | bytes]:
 def test_a_datagram_and_its_telecommand_read_by_the_page_are_what_was_sealed():
     asked = commands.Telecommand(9, 5, 7, "goto", {"x_m": 1.0, "y_m": 2.0})
     datagram = Sealer(KEYS.command.key(2), 2, boot_id=3, counter=77).seal(Kind.TELECOMMAND, commands.encode(asked))
-    assert read("Datagram", datagram) == {
-        "kind": 4, "key_id": 2, "epoch": 0, "flags": 0, "counter": 77, "boot_id": 3}
+    assert read("Datagram", datagram) == {"kind": 4, "key_id": 2, "epoch": 0, "flags": 0, "counter": 77, "boot_id": 3}
     payload = datagram[16:-16]
     assert read("Telecommand, up", payload) == {
-        "request_id": 9, "issued_ns": 5, "expiry_ns": 7, "start_ns": 0, "command": commands.command("goto").id}
+        "request_id": 9,
+        "issued_ns": 5,
+        "expiry_ns": 7,
+        "start_ns": 0,
+        "command": commands.command("goto").id,
+    }
 
 
 def test_a_report_read_by_the_page_is_what_was_encoded():
     payload = encode_report(Report(300, 2, 4, State.FAILED, Code.MODE, "no", (1.5,)))
     assert read("Report, down", payload) == {
-        "request_id": 300, "station": 2, "serial": 4, "state": 6, "code": 3, "values": 1}
+        "request_id": 300,
+        "station": 2,
+        "serial": 4,
+        "state": 6,
+        "code": 3,
+        "values": 1,
+    }
     assert "| `FAILED` | 6 |" in wire() and "| `MODE` | 3 |" in wire()
 
 
 def test_a_hello_read_by_the_page_is_what_a_station_sends():
     hello = direct.Caller(KEYS, 2, 40).send(0)
-    assert read("Words of a udp/ endpoint", hello) == {
-        "word": 0x80, "key_id": 2, "nonce": 41, "cookie": bytes(16)}
+    assert read("Words of a udp/ endpoint", hello) == {"word": 0x80, "key_id": 2, "nonce": 41, "cookie": bytes(16)}
 
 
 @pytest.mark.parametrize(("info", "key"), [

@@ -54,10 +54,14 @@ def sizes() -> list[Sizes]:
     low, high = golombek.smallest_m, golombek.largest_m
     density = power.area_ratio / (math.pi / 2 * math.log(high / low))  # n(D) = 2 density D^-3
     rows = (
-        ("Golombek k = 0.07", golombek, golombek.area_ratio(d) - golombek.area_ratio(high),
-         golombek.number_per_m2(d) - golombek.number_per_m2(high)),
+        (
+            "Golombek k = 0.07",
+            golombek,
+            golombek.area_ratio(d) - golombek.area_ratio(high),
+            golombek.number_per_m2(d) - golombek.number_per_m2(high),
+        ),
         ("power law, 4 %", power, density * math.pi / 2 * np.log(high / d), density * (d**-2 - high**-2)),
-    )  # fmt: skip
+    )
     return [
         Sizes(name, law.diameters_m(AREA_M2, np.random.default_rng(7)), AREA_M2, d, share, number)
         for name, law, share, number in rows

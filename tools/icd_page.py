@@ -57,16 +57,22 @@ def sections(table: Table) -> list[str]:
             loads in cantools, SavvyCAN, Wireshark and CANdb++; this page is its text and what the file cannot say. How
             to look at a bus is in [can.md](can.md)."""),
         "![Every bit of every frame](pictures/can-frames.svg)",
-        "## Nodes", table(("node", "what it is", "sends"), map(_node, NODES)),
-        "## Frames", table(("id", "frame", "from", "to", "rate", "meaning"), map(_frame, FRAMES.values())),
+        "## Nodes",
+        table(("node", "what it is", "sends"), map(_node, NODES)),
+        "## Frames",
+        table(("id", "frame", "from", "to", "rate", "meaning"), map(_frame, FRAMES.values())),
         "A lower id wins the bus: stop before time before orders before feedback.",
         "## Signals",
         _prose("""
             Value = raw x scale; a range narrower than the bits is checked on both ends: a frame with one value out of
             it is dropped whole. Bits without a signal are sent as 0 and not looked at."""),
         *(_family(members, table) for members in families.values()),
-        *_protection(), *_duties(table), *_reset(), *_time(), *_load(table),
-    ]  # fmt: skip
+        *_protection(),
+        *_duties(table),
+        *_reset(),
+        *_time(),
+        *_load(table),
+    ]
 
 
 def _node(name: str) -> tuple[str, str, str]:
@@ -76,8 +82,11 @@ def _node(name: str) -> tuple[str, str, str]:
 
 def _frame(layout: Layout) -> tuple[str, ...]:
     others = [name for name in NODES if name != layout.sender]
-    to = "all" if list(layout.receivers) == others else ", ".join(layout.receivers).replace(
-        "WHEEL_1, WHEEL_2, WHEEL_3, WHEEL_4", "all wheels")  # fmt: skip
+    to = (
+        "all"
+        if list(layout.receivers) == others
+        else ", ".join(layout.receivers).replace("WHEEL_1, WHEEL_2, WHEEL_3, WHEEL_4", "all wheels")
+    )
     return f"0x{layout.can_id:03X}", f"`{layout.name}`", layout.sender, to, _rate(layout), layout.comment
 
 
@@ -131,28 +140,61 @@ def _protection() -> Iterable[str]:
 def _duties(table: Table) -> Iterable[str]:
     config = Can()
     yield "## Duties"
-    yield table(("who", "does"), [(who, _prose(duty)) for who, duty in (
-        ("each node", f"""beats at {_hz(HEARTBEAT_NS)} with state, error counters, firmware and the version of this file
-            that it was built with; a computer does not drive a node of another version"""),
-        ("each node", """latches at the first good EMERGENCY_STOP of any sender, ramps its drive to zero, ignores
-            orders, and stays so until the handshake below; losing power releases it too"""),
-        ("each node", f"with a reason of its own to stop asserts its EMERGENCY_STOP at once, then at {_hz(STOP_NS)}"),
-        ("a wheel", f"""without a good WHEEL_n_COMMAND for {_ms(emulated.COMMAND_TIMEOUT_NS)} ramps its drive to zero,
-            holds its steering and says COMMAND_TIMEOUT: a dead computer or cable stops the rover"""),
-        ("a wheel", f"""turns only with DRIVE_ENABLE: without enable, or without the frame for
-            {_ms(emulated.ENABLE_TIMEOUT_NS)}, its drive ramps to zero"""),
-        ("a wheel", f"""changes its rate by at most {emulated.SLEW_RADPS2:g} rad/s², to stop in an emergency by
-            {emulated.STOP_RADPS2:g} rad/s²; the ramp is the node's, the order is the target"""),
-        ("a wheel", """in OFF powers no motor, in HOLD steers to its angle with the drive at zero, in RUN steers and
-            turns"""),
-        ("a wheel", "measures steering, encoder and rate of one feedback frame at one instant"),
-        ("the tilt axis", f"""stamps each feedback with its own free-running clock at the instant of the encoder sample;
+    yield table(
+        ("who", "does"),
+        [
+            (who, _prose(duty))
+            for who, duty in (
+                (
+                    "each node",
+                    f"""beats at {_hz(HEARTBEAT_NS)} with state, error counters, firmware and the version of this file
+            that it was built with; a computer does not drive a node of another version""",
+                ),
+                (
+                    "each node",
+                    """latches at the first good EMERGENCY_STOP of any sender, ramps its drive to zero, ignores
+            orders, and stays so until the handshake below; losing power releases it too""",
+                ),
+                (
+                    "each node",
+                    f"with a reason of its own to stop asserts its EMERGENCY_STOP at once, then at {_hz(STOP_NS)}",
+                ),
+                (
+                    "a wheel",
+                    f"""without a good WHEEL_n_COMMAND for {_ms(emulated.COMMAND_TIMEOUT_NS)} ramps its drive to zero,
+            holds its steering and says COMMAND_TIMEOUT: a dead computer or cable stops the rover""",
+                ),
+                (
+                    "a wheel",
+                    f"""turns only with DRIVE_ENABLE: without enable, or without the frame for
+            {_ms(emulated.ENABLE_TIMEOUT_NS)}, its drive ramps to zero""",
+                ),
+                (
+                    "a wheel",
+                    f"""changes its rate by at most {emulated.SLEW_RADPS2:g} rad/s², to stop in an emergency by
+            {emulated.STOP_RADPS2:g} rad/s²; the ramp is the node's, the order is the target""",
+                ),
+                (
+                    "a wheel",
+                    """in OFF powers no motor, in HOLD steers to its angle with the drive at zero, in RUN steers and
+            turns""",
+                ),
+                ("a wheel", "measures steering, encoder and rate of one feedback frame at one instant"),
+                (
+                    "the tilt axis",
+                    f"""stamps each feedback with its own free-running clock at the instant of the encoder sample;
             holds the running segment and the next two, which come at least {_ms(tilt.LEAST_AHEAD_NS)} ahead, takes
-            segments with one start time for one order, and says GAP where one is missed"""),
-        ("the computer", f"""takes a wheel's feedback older than {_ms(config.stale_ns)} for stale and stops the rover
-            within the next cycle; after {_ms(config.silent_ns)} it goes to SAFE"""),
-        ("the computer", "is alone: there is one sender of 0x080 to 0x120 and 0x300 on the bus"),
-    )])  # fmt: skip
+            segments with one start time for one order, and says GAP where one is missed""",
+                ),
+                (
+                    "the computer",
+                    f"""takes a wheel's feedback older than {_ms(config.stale_ns)} for stale and stops the rover
+            within the next cycle; after {_ms(config.silent_ns)} it goes to SAFE""",
+                ),
+                ("the computer", "is alone: there is one sender of 0x080 to 0x120 and 0x300 on the bus"),
+            )
+        ],
+    )
 
 
 def _reset() -> Iterable[str]:
@@ -176,11 +218,15 @@ def _time() -> Iterable[str]:
 def _load(table: Table) -> Iterable[str]:
     cases = {case: analyse(case) for case in Case}
     rows = [
-        (f"0x{row.can_id:03X}", f"`{row.name}`", f"{row.period_s * 1e3:g}",
-         *(_response(row.name, cases[case]) for case in Case),
-         f"{row.load_ratio:.2%}")
+        (
+            f"0x{row.can_id:03X}",
+            f"`{row.name}`",
+            f"{row.period_s * 1e3:g}",
+            *(_response(row.name, cases[case]) for case in Case),
+            f"{row.load_ratio:.2%}",
+        )
         for row in cases[Case.EVERYTHING]
-    ]  # fmt: skip
+    ]
     yield "## Load and worst response times"
     yield _prose(f"""
         Each frame at its shortest interval with every stuff bit ({worst_bits(8)} bits,

@@ -86,5 +86,7 @@ def _box(signal: Signal, fill: str, y: float) -> Iterator[str]:
 
 def _text(x: float, y: float, text: str, size: float, fill: str, anchor: str = "start", turned: str = "") -> str:
     transform = f" transform='{turned}'" if turned else ""
-    return (f"<text x='{x:g}' y='{y:g}' font-size='{size:.3g}' fill='{fill}' text-anchor='{anchor}'{transform}>"
-            f"{escape(text)}</text>")  # fmt: skip
+    return (
+        f"<text x='{x:g}' y='{y:g}' font-size='{size:.3g}' fill='{fill}' text-anchor='{anchor}'{transform}>"
+        f"{escape(text)}</text>"
+    )

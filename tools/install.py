@@ -97,8 +97,14 @@ def commit() -> str:
 
 
 def _git(*words: str) -> str:
-    done = subprocess.run(["git", "-c", "safe.directory=*", *words], cwd=ROOT, stdout=subprocess.PIPE,
-                          stderr=subprocess.DEVNULL, text=True, check=True)  # fmt: skip
+    done = subprocess.run(
+        ["git", "-c", "safe.directory=*", *words],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        check=True,
+    )
     return done.stdout.strip()
 
 
@@ -120,8 +126,12 @@ def install(place: Place) -> None:
     _write(site / "onboard" / COMMIT, f"{commit()}\n", 0o644)
     for module in extensions():
         shutil.copy2(module, site / "onboard" / "native" / module.name)
-    compileall.compile_dir(site, quiet=2, ddir=str(place.home / site.relative_to(new)),
-                           invalidation_mode=PycInvalidationMode.UNCHECKED_HASH)  # fmt: skip
+    compileall.compile_dir(
+        site,
+        quiet=2,
+        ddir=str(place.home / site.relative_to(new)),
+        invalidation_mode=PycInvalidationMode.UNCHECKED_HASH,
+    )
     for path, text, mode in texts(place):
         _write(place.at(path), text, mode)
     config = place.at(place.sysconfdir / "el-dorado" / "rover.toml")

@@ -42,18 +42,25 @@ def page() -> str:
     """Text of docs/licences.md."""
     flown = closure()
     others = [distribution(name) for name in locked(LOCK.read_text()) if plain(name) not in flown]
-    return "\n\n".join([
-        "<!-- Made from requirements.lock and the packages' metadata by tools/make_docs.py: run `make docs`. -->",
-        "# Licences of what is not ours",
-        "## On the rover",
-        "`make install` and `make deb` ship these. The notice with all licence texts is made with "
-        "the package, `share/doc/el-dorado/copyright`.",
-        _table(flown.values()), _REPLACED,
-        "## On the bench and the ground, and to build and test",
-        "`make` fetches these into `.venv`; no package of ours ships them. The tests use two more as clients:\n"
-        "`hokuyolx` (MIT), which `make test` and `make bench` build, and MAVProxy (GPL-3.0) of `make clients`.",
-        _table(others),
-    ]) + "\n"  # fmt: skip
+    return (
+        "\n\n".join(
+            [
+                "<!-- Made from requirements.lock and the packages' metadata by tools/make_docs.py: "
+                "run `make docs`. -->",
+                "# Licences of what is not ours",
+                "## On the rover",
+                "`make install` and `make deb` ship these. The notice with all licence texts is made with "
+                "the package, `share/doc/el-dorado/copyright`.",
+                _table(flown.values()),
+                _REPLACED,
+                "## On the bench and the ground, and to build and test",
+                "`make` fetches these into `.venv`; no package of ours ships them. The tests use two more as clients:\n"
+                "`hokuyolx` (MIT), which `make test` and `make bench` build, and MAVProxy (GPL-3.0) of `make clients`.",
+                _table(others),
+            ]
+        )
+        + "\n"
+    )
 
 
 def notice() -> str:

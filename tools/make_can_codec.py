@@ -72,7 +72,7 @@ def generate(dbc_path: Path) -> str:
     """Return the text of the module for a DBC file."""
     database: Any = cantools.database.load_file(dbc_path)
     whole = hashlib.sha256(dbc_path.read_bytes()).hexdigest()
-    parts = [HEAD, f"DBC_VERSION = {int(database.version)}\nDBC_SHA256 = \"{whole}\"\n"]
+    parts = [HEAD, f'DBC_VERSION = {int(database.version)}\nDBC_SHA256 = "{whole}"\n']
     parts += _turns(database)
     parts += [_enum(name, table) for name, table in database.dbc.value_tables.items()]
     families: dict[str, str] = {}

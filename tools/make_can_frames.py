@@ -79,8 +79,17 @@ def _signals(message: Any) -> str:
     rows = ""
     for s in sorted(message.signals, key=lambda s: s.start):
         choices = tuple(str(s.choices[value]) for value in range(len(s.choices))) if s.choices else ()
-        row = (s.name, s.start, s.length, s.is_signed, s.conversion.scale, s.minimum, s.maximum, s.unit or "",
-               s.comment or PROTECTION[s.name])
+        row = (
+            s.name,
+            s.start,
+            s.length,
+            s.is_signed,
+            s.conversion.scale,
+            s.minimum,
+            s.maximum,
+            s.unit or "",
+            s.comment or PROTECTION[s.name],
+        )
         rows += f"    Signal{(*row, choices) if choices else row!r},\n"
     return rows
 
@@ -90,8 +99,10 @@ PROTECTION = {"counter": "alive counter, one more with each frame", "crc": "CRC-
 
 def _row(message: Any) -> str:
     attributes = message.dbc.attributes
-    times = [int(attributes[key].value) if key in attributes else 0
-             for key in ("GenMsgCycleTime", "GenMsgCycleTimeFast", "GenMsgDelayTime")]
+    times = [
+        int(attributes[key].value) if key in attributes else 0
+        for key in ("GenMsgCycleTime", "GenMsgCycleTimeFast", "GenMsgDelayTime")
+    ]
     event = "GenMsgSendType" in attributes and attributes["GenMsgSendType"].value == 1
     receivers = tuple(message.signals[0].receivers)
     family = family_name(message.name)

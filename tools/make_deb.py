@@ -33,10 +33,17 @@ ABOUT = """flight program of a four-wheel-steered rover
 def fields(number: str, architecture: str, size_kib: int) -> str:
     """Text of the control file."""
     rows = {
-        "Package": "el-dorado", "Version": number, "Architecture": architecture, "Section": "science",
-        "Priority": "optional", "Maintainer": "El Dorado <root@localhost>", "Installed-Size": str(size_kib),
-        "Depends": DEPENDS, "Recommends": "can-utils, rt-tests", "Description": ABOUT,
-    }  # fmt: skip
+        "Package": "el-dorado",
+        "Version": number,
+        "Architecture": architecture,
+        "Section": "science",
+        "Priority": "optional",
+        "Maintainer": "El Dorado <root@localhost>",
+        "Installed-Size": str(size_kib),
+        "Depends": DEPENDS,
+        "Recommends": "can-utils, rt-tests",
+        "Description": ABOUT,
+    }
     return "".join(f"{name}: {value}\n" for name, value in rows.items())
 
 
@@ -48,10 +55,11 @@ def package(root: Path, number: str, architecture: str, epoch_s: int) -> bytes:
     sums = "".join(f"{hashlib.md5(path.read_bytes()).hexdigest()}  {path.relative_to(root)}\n" for path in files)
     confs = "".join(f"/{path.relative_to(root)}\n" for path in files if path.relative_to(root).parts[0] == "etc")
     control = {
-        "control": (fields(number, architecture, size_kib).encode(), 0o644), "conffiles": (confs.encode(), 0o644),
+        "control": (fields(number, architecture, size_kib).encode(), 0o644),
+        "conffiles": (confs.encode(), 0o644),
         "md5sums": (sums.encode(), 0o644),
         **{name: ((SERVICE / name).read_bytes(), 0o755) for name in SCRIPTS},
-    }  # fmt: skip
+    }
     return ar(
         {
             "debian-binary": b"2.0\n",

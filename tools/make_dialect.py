@@ -38,8 +38,13 @@ def made(language: str, kept: Collection[str], commands: Collection[str] = ()) -
     common = Path(dialects.__path__[0]) / "v20"
     used = {f.get("enum", "") for name in FILES for f in _kept_fields(ET.parse(common / name), kept)}
     used |= {f.get("enum", "") for f in ET.parse(SOURCE).iter("field")}
-    used |= {p.get("enum", "") for name in FILES for entry in ET.parse(common / name).iter("entry")
-             if entry.get("name") in commands for p in entry.iter("param")}
+    used |= {
+        p.get("enum", "")
+        for name in FILES
+        for entry in ET.parse(common / name).iter("entry")
+        if entry.get("name") in commands
+        for p in entry.iter("param")
+    }
     with tempfile.TemporaryDirectory() as folder:
         for name in FILES:
             _prune(common / name, Path(folder) / name, {"messages": kept, "enums": used}, commands)

@@ -64,7 +64,8 @@ def _link() -> str:
     tables = [
         _names("KINDS", {kind.value: kind.name for kind in link.Kind}),
         _names("COMMANDS", {row.id: row.name for row in commands.TABLE}),
-        _names("STATES", _enum(reports.State)), _names("CODES", _enum(reports.Code)),
+        _names("STATES", _enum(reports.State)),
+        _names("CODES", _enum(reports.Code)),
         f"local TAG_BYTES, ANNOUNCEMENT = {link.TAG_BYTES}, {bulk_wire.ANNOUNCEMENT}",
         f"local DOWNLINK_KEY_ID = {link.DOWNLINK_KEY_ID}",
     ]

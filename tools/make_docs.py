@@ -25,18 +25,28 @@ DOCS = ROOT / "docs"
 def faults() -> str:
     """Page of the fault table and the meaning of its steps."""
     rows = [
-        (str(row.number), f"`{row.name}`", row.condition, f"{row.detect_s:g} s", _steps(row.response),
-         "yes" if row.latched else "", "yes" if row.maskable else "",
-         ", ".join(f"`{name}`" for name in row.suppressed_by))
+        (
+            str(row.number),
+            f"`{row.name}`",
+            row.condition,
+            f"{row.detect_s:g} s",
+            _steps(row.response),
+            "yes" if row.latched else "",
+            "yes" if row.maskable else "",
+            ", ".join(f"`{name}`" for name in row.suppressed_by),
+        )
         for row in FAULTS
     ]
     heads = ("no.", "fault", "condition", "found within", "response", "latched", "may be masked", "suppressed by")
     steps = [(f"`{step.name}`", step.value) for step in Step]
     return _page(
-        "Faults", "protocol/tables/faults.py",
+        "Faults",
+        "protocol/tables/faults.py",
         "What the rover watches at each tick, how soon a fault is found, and what the rover does about it. The time "
         "counts from the first missing or violating sample to the tick whose outputs hold the response.",
-        _table(heads, rows), "## Steps of a response", _table(("step", "means"), steps),
+        _table(heads, rows),
+        "## Steps of a response",
+        _table(("step", "means"), steps),
     )
 
 
@@ -49,10 +59,15 @@ def mode_page() -> str:
     phases = ", ".join(f"`{phase.name}`" for phase in modes.Phase)
     events = [(f"`{row.name}`", row.severity, row.meaning) for row in modes.EVENTS]
     return _page(
-        "Modes and events", "protocol/tables/modes.py",
+        "Modes and events",
+        "protocol/tables/modes.py",
         "The rover's modes, their transitions, and the events that the rover reports.",
-        _table(("mode", "wheels", "meaning"), table), drawing, _table(("in", "event", "leads to", "when"), ways),
-        f"Phases within `AUTONOMOUS`: {phases}.", "## Events", _table(("event", "severity", "meaning"), events),
+        _table(("mode", "wheels", "meaning"), table),
+        drawing,
+        _table(("in", "event", "leads to", "when"), ways),
+        f"Phases within `AUTONOMOUS`: {phases}.",
+        "## Events",
+        _table(("event", "severity", "meaning"), events),
     )
 
 
@@ -65,15 +80,18 @@ def command_page() -> str:
         rows.append((str(row.id), f"`{row.typed}`", names, where, row.meaning))
     arguments = [
         (f"`{row.typed}`", f"`{a.name}`", _range(a), "" if a.required else "may be left out", a.meaning)
-        for row in commands.TABLE for a in row.arguments
+        for row in commands.TABLE
+        for a in row.arguments
     ]
     return _page(
-        "Commands", "protocol/tables/commands.py",
+        "Commands",
+        "protocol/tables/commands.py",
         "What the ground may ask of the rover. Each crosses the link with a request id, is carried out once however "
         "often it arrives, and is answered by reports until the ground has one. Not in an allowed mode, it is refused "
         "with what would be allowed.",
         _table(("id", "command", "arguments", "modes", "meaning"), rows),
-        "## Arguments", _table(("command", "argument", "allowed", "", "meaning"), arguments),
+        "## Arguments",
+        _table(("command", "argument", "allowed", "", "meaning"), arguments),
         "`ground COMMAND --help` says how each is typed. Angles are typed and told in degrees; on the wire they are "
         "radians.",
     )

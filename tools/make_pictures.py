@@ -54,8 +54,9 @@ def vis_as_printed(on: Ground, mended: seen_as_printed.Mended) -> F64:
     """Vis of every second node by Algorithm 1 as printed, with or without its errors corrected."""
     fan = seen_as_printed.Fan(RANGE_M, CELL_M, BEAMS)
     places = np.arange(0, SIZE, STRIDE)
-    return np.array([[seen_as_printed.algorithm_1(on.heights_m, (j, i), fan, mended).vis for i in places]
-                     for j in places])
+    return np.array(
+        [[seen_as_printed.algorithm_1(on.heights_m, (j, i), fan, mended).vis for i in places] for j in places]
+    )
 
 
 def vis_as_flown(on: Ground) -> F64:
@@ -89,8 +90,9 @@ def search() -> Figure:
     assert answer.best is not None
     answers = (
         printed.Scores("as printed: away from the goal,\nand four climbs, cut after 100 steps", as_printed, climbs),
-        printed.Scores("as it flies: every free node scored,\nthe best one taken", answer.score_map,
-                       best=answer.best.cell),
+        printed.Scores(
+            "as it flies: every free node scored,\nthe best one taken", answer.score_map, best=answer.best.cell
+        ),
     )
     return printed.search(on, on.grid, GOAL_M, answers)
 
@@ -120,10 +122,14 @@ def fractal() -> Figure:
     """Sigma measured in maps of 32 to 512 cells of 0.1 m, and ground of signed and unsigned frequencies."""
     sizes = (32, 64, 128, 256, 512)
     as_printed, mended = terrain.Mended(signed=True), MENDED
-    shares = [(name, np.array([_sigma(size, how) for size in sizes]))
-              for name, how in (("Eq. 20 as printed", as_printed), ("as it flies", mended))]
-    grounds = [Ground(Grid(0.05, 0.05, 0.1, 96, 96), _heights(96, how).astype(np.float32), name=name)
-               for name, how in (("frequencies 0 to N - 1", terrain.Mended(per_area=True)), ("signed", mended))]
+    shares = [
+        (name, np.array([_sigma(size, how) for size in sizes]))
+        for name, how in (("Eq. 20 as printed", as_printed), ("as it flies", mended))
+    ]
+    grounds = [
+        Ground(Grid(0.05, 0.05, 0.1, 96, 96), _heights(96, how).astype(np.float32), name=name)
+        for name, how in (("frequencies 0 to N - 1", terrain.Mended(per_area=True)), ("signed", mended))
+    ]
     return printed.fractal(sizes, shares, grounds)
 
 

@@ -25,8 +25,7 @@ _COMMON = Path(dialects.__path__[0]) / "v20"
 def messages(table: Table) -> list[str]:
     """Sections of the page of messages."""
     own = list(ET.parse(SOURCE).iter("message"))
-    kept = [found for name in FILES for found in ET.parse(_COMMON / name).iter("message")
-            if found.get("name") in KEPT]
+    kept = [found for name in FILES for found in ET.parse(_COMMON / name).iter("message") if found.get("name") in KEPT]
     kept.sort(key=lambda message: int(message.get("id", "0")))
     loose = [row for row in TABLE if not row.message]
     return [
@@ -40,8 +39,10 @@ def messages(table: Table) -> list[str]:
         *(part for message in kept for part in _message(message, table)),
         "## Items without a field of their own",
         f"They ride in `ITEMS`, {ITEMS_SLOTS} to a message, by their number.",
-        table(("no.", "item", "unit", "rate", "meaning"),
-              [(str(row.id), f"`{row.name}`", row.unit, f"{row.rate_hz:g} Hz", row.meaning) for row in loose]),
+        table(
+            ("no.", "item", "unit", "rate", "meaning"),
+            [(str(row.id), f"`{row.name}`", row.unit, f"{row.rate_hz:g} Hz", row.meaning) for row in loose],
+        ),
     ]
 
 
@@ -51,10 +52,15 @@ def _message(message: ET.Element, table: Table) -> list[str]:
     sent = {"HEARTBEAT": _often(1.0), "ITEMS": _often(rate_hz(""))}.get(name, _often(rate_hz(name)) if items else "")
     if name == "STATUSTEXT":
         sent = "Not sent by the rover, which tells events; the gateway makes it of them. "
-    rows = [(f"`{f.get('name')}`", str(f.get("type")), f.get("units") or "", _item(f, items), _text(f))
-            for f in message.iter("field")]
-    return [f"### {name} ({message.get('id')})", sent + _text(message.find("description")),
-            table(("field", "type", "unit", "item", "meaning"), rows)]
+    rows = [
+        (f"`{f.get('name')}`", str(f.get("type")), f.get("units") or "", _item(f, items), _text(f))
+        for f in message.iter("field")
+    ]
+    return [
+        f"### {name} ({message.get('id')})",
+        sent + _text(message.find("description")),
+        table(("field", "type", "unit", "item", "meaning"), rows),
+    ]
 
 
 def _often(times_a_second: float) -> str:
@@ -75,12 +81,22 @@ def gateway(table: Table) -> list[str]:
     """Sections of the page of the gateway's mapping."""
     numbers = read_listing(listing(Settings(Config())))
     commands = [(str(number), f"`{mavlink.enums['MAV_CMD'][number].name}`", row.means) for number, row in ROWS.items()]
-    shown = [(f"`{name}`", "each second" if name == "HEARTBEAT" else f"with each news of `{row.items[0]}`" if row.items
-              else "on request") for name, row in SHOWN.items()]
+    shown = [
+        (
+            f"`{name}`",
+            "each second"
+            if name == "HEARTBEAT"
+            else f"with each news of `{row.items[0]}`"
+            if row.items
+            else "on request",
+        )
+        for name, row in SHOWN.items()
+    ]
     return [
         "What [the gateway](gateway.md) makes of MAVLink's words, from the tables that it works by.",
         "## Commands",
-        "In COMMAND_LONG or COMMAND_INT. " + ", ".join(f"`{name}`" for name in NEEDS_ENABLING)
+        "In COMMAND_LONG or COMMAND_INT. "
+        + ", ".join(f"`{name}`" for name in NEEDS_ENABLING)
         + " need the rover armed. Any other command is answered UNSUPPORTED.",
         table(("no.", "MAVLink command", "what it does"), commands),
         "## Messages",
@@ -89,9 +105,17 @@ def gateway(table: Table) -> list[str]:
         "## Sensors in SYS_STATUS",
         "Present: as the table says, and the rover has told its faults. Enabled: so too, the motors not where a mode "
         "has the wheels off. Healthy: none of the faults is active; one that is masked on board is not told.",
-        table(("MAV_SYS_STATUS_SENSOR", "there when", "faults"), [
-            (f"`{mavlink.enums['MAV_SYS_STATUS_SENSOR'][row.bit].name}`", row.means,
-             ", ".join(f"`{name}`" for name in row.faults)) for row in DEVICES]),
+        table(
+            ("MAV_SYS_STATUS_SENSOR", "there when", "faults"),
+            [
+                (
+                    f"`{mavlink.enums['MAV_SYS_STATUS_SENSOR'][row.bit].name}`",
+                    row.means,
+                    ", ".join(f"`{name}`" for name in row.faults),
+                )
+                for row in DEVICES
+            ],
+        ),
         "## Parameters",
         "MAVLink's names have 16 characters at most. All values are sent as REAL32; truth values are 0 and 1. Texts "
         "are not mirrored.",

@@ -34,12 +34,14 @@ def turns() -> Figure:
     """An arc, a crab, a point turn, and the remaining arc with wheel 1 fixed."""
     wheels = (WheelHealth(steer_fixed_rad=FIXED_RAD), *SOUND[1:])
     left = rolling(ARC, wheels, ROVER)
-    return turning([
-        _turning("an arc", ARC),
-        _turning("a crab: axles side by side", Twist(0.1, 0.06, 0.0)),
-        _turning("a turn on the spot", Twist(0.0, 0.0, 0.2)),
-        _turning("wheel 1 fixed: the closest arc that rolls", left, fixed=0),
-    ])
+    return turning(
+        [
+            _turning("an arc", ARC),
+            _turning("a crab: axles side by side", Twist(0.1, 0.06, 0.0)),
+            _turning("a turn on the spot", Twist(0.0, 0.0, 0.2)),
+            _turning("wheel 1 fixed: the closest arc that rolls", left, fixed=0),
+        ]
+    )
 
 
 def beside(**settings: Any) -> F64:

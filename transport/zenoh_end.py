@@ -97,9 +97,11 @@ class ZenohEnd(LinkEnd):
     def _publisher(self, key: str) -> zenoh.Publisher:
         """Return an unbatched publisher, reliable and blocking: on the local bus it loses nothing."""
         return self._session.declare_publisher(
-            key, express=True, congestion_control=zenoh.CongestionControl.BLOCK,
+            key,
+            express=True,
+            congestion_control=zenoh.CongestionControl.BLOCK,
             reliability=zenoh.Reliability.RELIABLE,
-        )  # fmt: skip
+        )
 
 
 def _words(error: zenoh.ZError) -> str:

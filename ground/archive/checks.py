@@ -17,8 +17,19 @@ _KINDS: dict[str, tuple[type, ...]] = {
 }  # fmt: skip
 _MOST_NS = 1 << 62
 _TIMES = ("utc_ns", "at_ns", "onboard_ns")
-_NEEDED = ("utc_ns", "at_ns", "name", "severity", "state", "request_id", "station", "serial", "arguments", "direction",
-           "verdict")
+_NEEDED = (
+    "utc_ns",
+    "at_ns",
+    "name",
+    "severity",
+    "state",
+    "request_id",
+    "station",
+    "serial",
+    "arguments",
+    "direction",
+    "verdict",
+)
 
 
 class RowCheck:
@@ -72,5 +83,8 @@ def arguments_of(text: str) -> dict[str, Any]:
 def damaged(table: str, column: str, value: Any) -> ArchiveError:
     """Build the error that names a damaged table and column."""
     shown = repr(value)
-    return ArchiveError(f"damaged: {table}.{column} holds {shown[:60]}; move it away and a new one is "
-                        "begun; `sqlite3 FILE .recover` saves what can be read", DATA)
+    return ArchiveError(
+        f"damaged: {table}.{column} holds {shown[:60]}; move it away and a new one is "
+        "begun; `sqlite3 FILE .recover` saves what can be read",
+        DATA,
+    )

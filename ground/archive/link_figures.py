@@ -91,9 +91,18 @@ def figures(rows: Iterable[Row]) -> Figures:
     apart = sum(b[0] - a[1] - 1 for spreads in listened.values() for a, b in pairwise(spreads))
     silences = (b - a for a, b in pairwise(times) if any(begin <= a and b <= end for begin, end in spans))
     return Figures(
-        span_s, heard, lost, lost / (heard + lost) if heard else None, late, *(_rate(n, span_s) for n in (down, up)),
-        sent, max(silences, default=0) / 1e9 if times else None, dict(refused), apart_s, apart,
-    )  # fmt: skip
+        span_s,
+        heard,
+        lost,
+        lost / (heard + lost) if heard else None,
+        late,
+        *(_rate(n, span_s) for n in (down, up)),
+        sent,
+        max(silences, default=0) / 1e9 if times else None,
+        dict(refused),
+        apart_s,
+        apart,
+    )
 
 
 Spread = tuple[int, int]
@@ -121,6 +130,7 @@ def _rate(size: int, span_s: float) -> float | None:
 
 def words(found: Figures) -> list[str]:
     """Return the statistics as lines for people."""
+
     def told(value: float | None, form: str) -> str:
         return "?" if value is None else form.format(value)
 
@@ -129,7 +139,8 @@ def words(found: Figures) -> list[str]:
         f"{'over':16} {found.span_s:.1f} s",
         f"{'heard':16} {found.heard} datagrams, {found.late} out of order",
         f"{'lost':16} {found.lost} datagrams, {told(found.loss_ratio and 100 * found.loss_ratio, '{:.1f} %')}"
-        if found.loss_ratio else f"{'lost':16} {found.lost} datagrams",
+        if found.loss_ratio
+        else f"{'lost':16} {found.lost} datagrams",
         *[f"{'no station open':16} {found.apart_s:.1f} s, {found.apart} datagrams unheard"] * bool(found.apart_s),
         f"{'refused':16} {refused}",
         f"{'down':16} {told(found.down_bytes_ps, '{:.0f} B/s')}",

@@ -116,13 +116,17 @@ def select(db: sqlite3.Connection, table: str, span: Span = ALL) -> sqlite3.Curs
             raise ValueError(f"{table} have no names")
         where.append(f"t.name in ({', '.join('?' * len(span.names))})")
     fields = ", ".join(f"t.{name}" for name in names[1:])
-    once = {"items": "group by t.boot_id, t.name, t.onboard_ns, ifnull(t.boot_id, t.rowid)",
-            "events": "group by t.boot_id, t.number, ifnull(t.boot_id, t.rowid)"}.get(table, "")
+    once = {
+        "items": "group by t.boot_id, t.name, t.onboard_ns, ifnull(t.boot_id, t.rowid)",
+        "events": "group by t.boot_id, t.number, ifnull(t.boot_id, t.rowid)",
+    }.get(table, "")
     source = f"(select *, utc_ns as utc from runs) r join {table} t on t.run = r.run where {' and '.join(where)} {once}"
     text = f"select utc + t.at_ns, {fields} from {source} order by utc + t.at_ns, t.rowid"
     if span.last:
-        text = (f"select * from (select utc + t.at_ns as u, t.rowid as n, {fields} from {source} "
-                f"order by u desc, n desc limit {int(span.last)}) order by u, n")
+        text = (
+            f"select * from (select utc + t.at_ns as u, t.rowid as n, {fields} from {source} "
+            f"order by u desc, n desc limit {int(span.last)}) order by u, n"
+        )
     return db.execute(text, (*given, *span.names))
 
 
@@ -143,7 +147,8 @@ def boots(db: sqlite3.Connection) -> dict[int, int]:
         "select i.boot_id, min(r.utc_ns + i.at_ns - i.onboard_ns) from items i join runs r on r.run = i.run "
         "where i.name = 'mode' and i.boot_id is not null and i.filled is null and i.onboard_ns is not null "
         # one item is enough: the others come with it, and an archive has millions
-        "and r.utc_ns > 0 group by i.boot_id")
+        "and r.utc_ns > 0 group by i.boot_id"
+    )
     return {boot: zero for boot, zero in found if type(boot) is int and type(zero) is int}
 
 
@@ -153,8 +158,11 @@ def gaps(db: sqlite3.Connection, span: Span = ALL) -> list[Gap]:
     Datagrams and events that arrive late, over the link or by `fill`, are not missing.
     """
     bounds = (span.since_ns, span.until_ns)
-    found = [Gap(kind, *row[:-1], bool(row[-1])) for kind, number, where in _NUMBERED for row in db.execute(
-        _HOLES.format(number=number, source=kind, where=where), bounds)]
+    found = [
+        Gap(kind, *row[:-1], bool(row[-1]))
+        for kind, number, where in _NUMBERED
+        for row in db.execute(_HOLES.format(number=number, source=kind, where=where), bounds)
+    ]
     for boot, *at_ns, utc in db.execute(_SILENCE, bounds):
         if not all(isinstance(value, int | float) for value in at_ns):
             raise damaged("datagrams", "at_ns", at_ns)
@@ -165,8 +173,10 @@ def gaps(db: sqlite3.Connection, span: Span = ALL) -> list[Gap]:
     return sorted((gap for gap in found if not span.run or gap.kind != "silence"), key=lambda gap: gap.utc_ns)
 
 
-_NUMBERED = (("datagrams", "t.counter", "t.direction = 'down' and t.verdict = 'ok'"),
-             ("events", "t.number", "t.boot_id is not null"))
+_NUMBERED = (
+    ("datagrams", "t.counter", "t.direction = 'down' and t.verdict = 'ok'"),
+    ("events", "t.number", "t.boot_id is not null"),
+)
 _HOLES = """
 with heard as (select t.run as run, t.boot_id as boot_id, min({number}) as low, max({number}) as high
   from {source} t join runs r on r.run = t.run where {where} and coalesce(r.note, '') not like 'filled %' group by 1, 2)
@@ -190,7 +200,8 @@ def chains(db: sqlite3.Connection, span: Span = ALL) -> list[Chain]:
     """Return every request of every station in the archive, in the order of the requests."""
     heard: dict[tuple[int, int], dict[tuple[int, bool], tuple[int, str, str]]] = {}
     for at_ns, request_id, station, serial, state, text, code in db.execute(
-            "select at_ns, request_id, station, serial, state, text, code from reports order by rowid"):
+        "select at_ns, request_id, station, serial, state, text, code from reports order by rowid"
+    ):
         check_state(state)
         if not all(type(number) is int for number in (at_ns, request_id, station, serial)):
             raise damaged("reports", "numbers", (at_ns, request_id, station, serial))
@@ -202,15 +213,27 @@ def chains(db: sqlite3.Connection, span: Span = ALL) -> list[Chain]:
         if any(State[state].final for (_, own), (_, state, _) in reports.items() if not own):
             # the rover's own report replaces the station's guess
             reports = {key: report for key, report in reports.items() if not key[1]}
-        found.append(Chain(row["request_id"], row["station"], row["name"], row["arguments"], row["utc_ns"],
-                           tuple(reports[key] for key in sorted(reports)), row["asked_by"] or ""))
+        found.append(
+            Chain(
+                row["request_id"],
+                row["station"],
+                row["name"],
+                row["arguments"],
+                row["utc_ns"],
+                tuple(reports[key] for key in sorted(reports)),
+                row["asked_by"] or "",
+            )
+        )
     return found
 
 
 def newest_product(db: sqlite3.Connection, name: str) -> tuple[int, str, bytes] | None:
     """Return UTC in ns, codec and bytes of the newest product of a name; None if there is none."""
-    row = db.execute("select r.utc_ns + p.at_ns, p.codec, p.data from products p join runs r on r.run = p.run "
-                     "where p.name = ? order by r.run desc, p.at_ns desc, p.rowid desc limit 1", (name,)).fetchone()
+    row = db.execute(
+        "select r.utc_ns + p.at_ns, p.codec, p.data from products p join runs r on r.run = p.run "
+        "where p.name = ? order by r.run desc, p.at_ns desc, p.rowid desc limit 1",
+        (name,),
+    ).fetchone()
     if row is not None and tuple(map(type, row)) != (int, str, bytes):
         raise damaged("products", name, row[:2])
     return row
@@ -219,8 +242,9 @@ def newest_product(db: sqlite3.Connection, name: str) -> tuple[int, str, bytes] 
 def info(db: sqlite3.Connection) -> dict[str, Any]:
     """Return row counts of each table, first and last time, sizes in bytes, version."""
     counts = {table: int(db.execute(f"select count(*) from {table}").fetchone()[0]) for table in ("runs", *TABLES)}
-    first, last = db.execute("select min(r.utc_ns + d.at_ns), max(r.utc_ns + d.at_ns) from datagrams d "
-                             "join runs r on r.run = d.run").fetchone()
+    first, last = db.execute(
+        "select min(r.utc_ns + d.at_ns), max(r.utc_ns + d.at_ns) from datagrams d join runs r on r.run = d.run"
+    ).fetchone()
     for at_ns in (first, last):
         check_time("datagrams", at_ns)
     return {"version": VERSION, "rows": counts, "first_utc_ns": first, "last_utc_ns": last, **sizes(db)}
@@ -228,6 +252,7 @@ def info(db: sqlite3.Connection) -> dict[str, Any]:
 
 def sizes(db: sqlite3.Connection) -> dict[str, int]:
     """Return the bytes of the file's pages: in use, and free for new rows."""
-    page, count, free = (int(db.execute(f"pragma {name}").fetchone()[0])
-                         for name in ("page_size", "page_count", "freelist_count"))
+    page, count, free = (
+        int(db.execute(f"pragma {name}").fetchone()[0]) for name in ("page_size", "page_count", "freelist_count")
+    )
     return {"used_bytes": page * (count - free), "free_bytes": page * free}

@@ -72,8 +72,10 @@ _NEWEST = {"products": "rowid not in (select max(rowid) from products group by n
 
 
 def _old(table: str) -> str:
-    return f"rowid in (select t.rowid from {table} t join runs r on r.run = t.run where r.utc_ns > 0 and " \
-           "r.utc_ns + t.at_ns < ?)"
+    return (
+        f"rowid in (select t.rowid from {table} t join runs r on r.run = t.run where r.utc_ns > 0 and "
+        "r.utc_ns + t.at_ns < ?)"
+    )
 
 
 def _delete(db: sqlite3.Connection, table: str, which: str, given: tuple[int, ...]) -> int:
@@ -104,8 +106,11 @@ def fill(db: sqlite3.Connection, boot_id: int, heard: Iterable[Value | Event], n
 
 def _began(db: sqlite3.Connection, boot_id: int) -> int:
     """Return the UTC in ns at onboard time 0 of a boot, estimated from received items; 0 if none has a UTC."""
-    row = db.execute("select min(r.utc_ns + i.at_ns - i.onboard_ns) from items i join runs r on r.run = i.run "
-                     "where i.boot_id = ? and i.filled is null and r.utc_ns > 0", (boot_id,)).fetchone()
+    row = db.execute(
+        "select min(r.utc_ns + i.at_ns - i.onboard_ns) from items i join runs r on r.run = i.run "
+        "where i.boot_id = ? and i.filled is null and r.utc_ns > 0",
+        (boot_id,),
+    ).fetchone()
     return int(row[0] or 0)
 
 

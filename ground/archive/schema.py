@@ -97,10 +97,15 @@ def open_checked(path: Path | str, *, create: bool = True, wait_s: float | None 
 
 def recent_chunks(db: sqlite3.Connection, utc_ns: int) -> list[bytes]:
     """Return at most 8192 datagrams with parts of products, the newest first, none older than a day before `utc_ns`."""
-    newest = f"select run, at_ns, data from datagrams indexed by chunks_by_time where {_CHUNKS} " \
-             "order by run desc, at_ns desc limit ?"
-    found = db.execute(f"select d.data from ({newest}) d join runs r on r.run = d.run where r.utc_ns > 0 and "
-                       "r.utc_ns + d.at_ns > ? order by d.run desc, d.at_ns desc", (_MOST_CHUNKS, utc_ns - _DAY_NS))
+    newest = (
+        f"select run, at_ns, data from datagrams indexed by chunks_by_time where {_CHUNKS} "
+        "order by run desc, at_ns desc limit ?"
+    )
+    found = db.execute(
+        f"select d.data from ({newest}) d join runs r on r.run = d.run where r.utc_ns > 0 and "
+        "r.utc_ns + d.at_ns > ? order by d.run desc, d.at_ns desc",
+        (_MOST_CHUNKS, utc_ns - _DAY_NS),
+    )
     return [row[0] for row in found]
 
 
@@ -124,8 +129,11 @@ def told(path: Path | str, error: sqlite3.Error, waited_s: float | None = None) 
         held_s = _OPEN_S if waited_s is None else waited_s
         return ArchiveError(f"{path}: locked by another program for {held_s:g} s; try again when that is done", LOCKED)
     if name.startswith(("SQLITE_NOTADB", "SQLITE_CORRUPT")):
-        return ArchiveError(f"{path}: damaged, or no archive ({error}); move it away and a new one is begun; "
-                            "`sqlite3 FILE .recover` saves what can be read", DATA)
+        return ArchiveError(
+            f"{path}: damaged, or no archive ({error}); move it away and a new one is begun; "
+            "`sqlite3 FILE .recover` saves what can be read",
+            DATA,
+        )
     if name.startswith("SQLITE_FULL"):
         return ArchiveError(f"{path}: the disk is full; free some, or `ground archive prune`")
     return ArchiveError(f"{path}: {error}")
@@ -165,8 +173,11 @@ def _check(path: Path | str, db: sqlite3.Connection) -> int:
     whose = int(db.execute("pragma application_id").fetchone()[0])
     tables = {row[0] for row in db.execute("select name from sqlite_master where type = 'table'")}
     if version > VERSION and whose == APPLICATION_ID:
-        raise ArchiveError(f"{path}: of version {version}, this program writes version {VERSION}; "
-                           "use the program that made it, or name another file", DATA)
+        raise ArchiveError(
+            f"{path}: of version {version}, this program writes version {VERSION}; "
+            "use the program that made it, or name another file",
+            DATA,
+        )
     if whose not in (0, APPLICATION_ID) or (tables and "runs" not in tables):
         raise ArchiveError(f"{path}: a database of another program; name another file as archive", DATA)
     return version

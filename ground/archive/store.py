@@ -52,9 +52,7 @@ class Archive:
             if not later or error.code != LOCKED:
                 raise
             self.trouble, self._db = str(error).partition(";")[0], open_checked(":memory:")
-        self._marks = {
-            table: len(self._db.execute(f"pragma table_info({table})").fetchall()) for table in TABLES
-        }  # fmt: skip
+        self._marks = {table: len(self._db.execute(f"pragma table_info({table})").fetchall()) for table in TABLES}
 
     def _open(self, wait_s: float | None) -> None:
         db = open_checked(self._path, wait_s=wait_s)

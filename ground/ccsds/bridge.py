@@ -40,15 +40,19 @@ class Bridge:
         try:
             packet = space_packets.decode(raw)
             if (packet.kind, packet.apid) != (space_packets.TELECOMMAND, packet_table.COMMAND_APID):
-                raise WireError("packet", f"kind {packet.kind}, APID {packet.apid}: telecommands have "
-                                          f"{space_packets.TELECOMMAND} and {packet_table.COMMAND_APID}")
+                raise WireError(
+                    "packet",
+                    f"kind {packet.kind}, APID {packet.apid}: telecommands have "
+                    f"{space_packets.TELECOMMAND} and {packet_table.COMMAND_APID}",
+                )
             sequence = packet.sequence
             asked = packet_table.decode_command(packet.data)
             if not self._session.boot_id:
                 raise ValueError(f"{asked.name}: the rover was not heard yet")
             lifetime_s = LIFETIME_S if command(asked.name).moves else 0.0
-            request_id = self._session.request(asked.name, asked.arguments, now_ns, lifetime_s, asked.start_s,
-                                               asked_by=f"bridge packet {sequence}")
+            request_id = self._session.request(
+                asked.name, asked.arguments, now_ns, lifetime_s, asked.start_s, asked_by=f"bridge packet {sequence}"
+            )
         except ValueError as error:  # includes WireError
             self.counts["refused"] += 1
             self._not_sent(sequence, str(error), now_ns)
@@ -89,29 +93,53 @@ class Bridge:
             self._put(row, values, item.onboard_ns)
 
     def _event(self, event: EventHeard) -> None:
-        self._put(packet_table.BY_APID[packet_table.EVENT_APID], {
-            "event_serial": event.serial, "event_severity": SEVERITIES.index(event.severity),
-            "event_name": event.name, "event_text": event.text,
-        }, event.onboard_ns)  # fmt: skip
+        self._put(
+            packet_table.BY_APID[packet_table.EVENT_APID],
+            {
+                "event_serial": event.serial,
+                "event_severity": SEVERITIES.index(event.severity),
+                "event_name": event.name,
+                "event_text": event.text,
+            },
+            event.onboard_ns,
+        )
 
     def _report(self, heard: ReportHeard, now_ns: int) -> None:
         report = heard.report
         numbers = (*report.data[:NUMBERS], *[float("nan")] * (NUMBERS - len(report.data)))
-        self._put(packet_table.BY_APID[packet_table.REPORT_APID], {
-            "report_request": report.request_id, "report_command": command(heard.name).id,
-            "report_packet": self._packet_of.get(report.request_id, packet_table.NO_PACKET),
-            "report_state": report.state, "report_code": report.code, "report_serial": report.serial,
-            "report_text": report.text, "report_numbers": len(report.data),
-            **{f"report_number_{n}": number for n, number in enumerate(numbers)},
-        }, self._onboard_ns(now_ns))  # fmt: skip
+        self._put(
+            packet_table.BY_APID[packet_table.REPORT_APID],
+            {
+                "report_request": report.request_id,
+                "report_command": command(heard.name).id,
+                "report_packet": self._packet_of.get(report.request_id, packet_table.NO_PACKET),
+                "report_state": report.state,
+                "report_code": report.code,
+                "report_serial": report.serial,
+                "report_text": report.text,
+                "report_numbers": len(report.data),
+                **{f"report_number_{n}": number for n, number in enumerate(numbers)},
+            },
+            self._onboard_ns(now_ns),
+        )
 
     def _not_sent(self, sequence: int, text: str, now_ns: int) -> None:
         nothing = dict.fromkeys((f"report_number_{n}" for n in range(NUMBERS)), float("nan"))
-        self._put(packet_table.BY_APID[packet_table.REPORT_APID], {
-            "report_request": 0, "report_command": 0, "report_packet": sequence, "report_serial": 0,
-            "report_state": packet_table.NOT_SENT, "report_code": Code.NONE, "report_text": text, "report_numbers": 0,
-            **nothing,
-        }, self._onboard_ns(now_ns))  # fmt: skip
+        self._put(
+            packet_table.BY_APID[packet_table.REPORT_APID],
+            {
+                "report_request": 0,
+                "report_command": 0,
+                "report_packet": sequence,
+                "report_serial": 0,
+                "report_state": packet_table.NOT_SENT,
+                "report_code": Code.NONE,
+                "report_text": text,
+                "report_numbers": 0,
+                **nothing,
+            },
+            self._onboard_ns(now_ns),
+        )
 
     def _onboard_ns(self, now_ns: int) -> int:
         """Return the reception time on the rover's clock, ns: reports carry no time of their own."""
@@ -124,5 +152,3 @@ class Bridge:
         self._out.append(space_packets.encode(packet))
         self._numbers[row.apid] += 1
         self.counts["sent"] += 1
-
-

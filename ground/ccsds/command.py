@@ -29,17 +29,30 @@ def _address(text: str, option: str) -> Address:
         raise typer.BadParameter(str(error), param_hint=option) from None
 
 
-@app.command("ccsds", epilog="Examples: ground bridge ccsds | ground bridge ccsds --tm tcp:127.0.0.1:10015 --tc none | "
-                             "ground bridge ccsds --write-xtce eldorado.xml")
+@app.command(
+    "ccsds",
+    epilog="Examples: ground bridge ccsds | ground bridge ccsds --tm tcp:127.0.0.1:10015 --tc none | "
+    "ground bridge ccsds --write-xtce eldorado.xml",
+)
 def ccsds(
-    tm: Annotated[str, typer.Option(metavar="udp|tcp:HOST:PORT", help="Telemetry: sent there by UDP, or handed to who "
-                                    "connects there by TCP.")] = "udp:127.0.0.1:10015",
-    tc: Annotated[str, typer.Option(metavar="udp|tcp:HOST:PORT", help="Telecommands: listened for there; none: not "
-                                    "taken.")] = "udp:127.0.0.1:10025",
-    anybody: Annotated[bool, typer.Option("--anybody", help="Let other machines than this one send telecommands: "
-                                          "they are not asked for a key.")] = False,
-    write_xtce: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the description of all packets there, "
-                                                    "and end.")] = None,
+    tm: Annotated[
+        str,
+        typer.Option(
+            metavar="udp|tcp:HOST:PORT", help="Telemetry: sent there by UDP, or handed to who connects there by TCP."
+        ),
+    ] = "udp:127.0.0.1:10015",
+    tc: Annotated[
+        str, typer.Option(metavar="udp|tcp:HOST:PORT", help="Telecommands: listened for there; none: not taken.")
+    ] = "udp:127.0.0.1:10025",
+    anybody: Annotated[
+        bool,
+        typer.Option(
+            "--anybody", help="Let other machines than this one send telecommands: they are not asked for a key."
+        ),
+    ] = False,
+    write_xtce: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the description of all packets there, and end.")
+    ] = None,
     contact: Contact = 0.0,
     station: StationFile = None,
     as_json: Json = False,
@@ -52,8 +65,9 @@ def ccsds(
     down = _address(tm, "--tm")
     up = None if tc == _OFF else _address(tc, "--tc")
     if up is not None and not up.is_local and not anybody:
-        raise typer.BadParameter(f"{tc}: whoever reaches this port commands the rover; on a trusted network say "
-                                 "--anybody", param_hint="--tc")
+        raise typer.BadParameter(
+            f"{tc}: whoever reaches this port commands the rover; on a trusted network say --anybody", param_hint="--tc"
+        )
     settings = load_settings(station)
 
     @contextmanager

@@ -65,8 +65,10 @@ def _opened(address: Address, listen: bool) -> socket.socket:
         at.setblocking(False)
     except OSError as error:
         at.close()
-        raise StationError(f"{address.carrier}:{address.host}:{address.port}: {error.strerror or error}; "
-                           "name another port, or end what listens there") from error
+        raise StationError(
+            f"{address.carrier}:{address.host}:{address.port}: {error.strerror or error}; "
+            "name another port, or end what listens there"
+        ) from error
     return at
 
 

@@ -30,8 +30,9 @@ def _address(text: str, option: str, *, local: bool) -> tuple[str, int]:
     if not 0 <= number <= 65_535:
         raise typer.BadParameter(f"{text}: a port is a number up to 65535", param_hint=option)
     if local and not where.is_loopback:
-        raise typer.BadParameter(f"{text}: unsigned MAVLink stays on this machine; use --signed and --key for others",
-                                 param_hint=option)
+        raise typer.BadParameter(
+            f"{text}: unsigned MAVLink stays on this machine; use --signed and --key for others", param_hint=option
+        )
     return host, number
 
 
@@ -48,17 +49,29 @@ def _origin(settings: Settings, text: str) -> tuple[float, float, float]:
 
 
 def gateway_command(
-    port: Annotated[str, typer.Option(metavar="HOST:PORT", help="Where unsigned clients come to, on this machine; "
-                                      "`none`: nowhere.")] = "127.0.0.1:14551",
-    to: Annotated[list[str] | None, typer.Option(metavar="HOST:PORT", help="A client that listens itself; may be "
-                                                 f"repeated; `none`: nobody. Else {_QGC}.")] = None,
+    port: Annotated[
+        str, typer.Option(metavar="HOST:PORT", help="Where unsigned clients come to, on this machine; `none`: nowhere.")
+    ] = "127.0.0.1:14551",
+    to: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="HOST:PORT", help=f"A client that listens itself; may be repeated; `none`: nobody. Else {_QGC}."
+        ),
+    ] = None,
     signed: Annotated[str, typer.Option(metavar="HOST:PORT", help="Where signed clients come to; needs --key.")] = "",
-    key: Annotated[Path | None, typer.Option(metavar="FILE", help="Signing key: 64 hex digits, or `passphrase WORDS`; "
-                                             "mode 0600.")] = None,
-    origin: Annotated[str, typer.Option(metavar="LAT,LON,HEIGHT", help="Where the map frame lies: degrees, metres over "
-                                        "WGS 84. Else origin_* of the station file.")] = "",
-    home_first: Annotated[bool, typer.Option("--home-first", help="Item 0 of a mission is a home and no goal "
-                                             "(Mission Planner).")] = False,
+    key: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Signing key: 64 hex digits, or `passphrase WORDS`; mode 0600.")
+    ] = None,
+    origin: Annotated[
+        str,
+        typer.Option(
+            metavar="LAT,LON,HEIGHT",
+            help="Where the map frame lies: degrees, metres over WGS 84. Else origin_* of the station file.",
+        ),
+    ] = "",
+    home_first: Annotated[
+        bool, typer.Option("--home-first", help="Item 0 of a mission is a home and no goal (Mission Planner).")
+    ] = False,
     contact: Contact = 0.0,
     station: StationFile = None,
     as_json: Json = False,
@@ -69,8 +82,9 @@ def gateway_command(
     named = to if to is not None else [_QGC] if unsigned is not None else []
     told = [_address(one, "--to", local=True) for one in named if one != "none"]
     if told and unsigned is None:
-        raise typer.BadParameter("clients are told from the unsigned port, which is closed by --port none",
-                                 param_hint="--to")
+        raise typer.BadParameter(
+            "clients are told from the unsigned port, which is closed by --port none", param_hint="--to"
+        )
     place = _origin(settings, origin)
     safe = _address(signed, "--signed", local=False) if signed else None
     if (safe is None) != (key is None):
@@ -78,8 +92,9 @@ def gateway_command(
     if safe is not None and not settings.state:
         raise ConfigError("state: a signed port needs a folder in the station file, where signing times outlive it")
     teller = Teller(line_out, as_json, settings.report_s)
-    code, _ = operate(settings, Plan(contact_s=contact), teller,
-                      _join(settings, _Ways(unsigned, told, safe, key), place, home_first))
+    code, _ = operate(
+        settings, Plan(contact_s=contact), teller, _join(settings, _Ways(unsigned, told, safe, key), place, home_first)
+    )
     raise typer.Exit(code)
 
 

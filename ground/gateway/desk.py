@@ -29,8 +29,10 @@ LIFETIME_S = 60.0
 _TELL_NS, _REPEAT_NS = 1_000_000_000, 60_000_000_000
 _MOST_WAITING = 8
 _CODES: dict[int, int] = {
-    Code.MODE: m.MAV_RESULT_TEMPORARILY_REJECTED, Code.RANGE: m.MAV_RESULT_DENIED,
-    Code.UNKNOWN_COMMAND: m.MAV_RESULT_UNSUPPORTED, Code.TOO_MANY: m.MAV_RESULT_TEMPORARILY_REJECTED,
+    Code.MODE: m.MAV_RESULT_TEMPORARILY_REJECTED,
+    Code.RANGE: m.MAV_RESULT_DENIED,
+    Code.UNKNOWN_COMMAND: m.MAV_RESULT_UNSUPPORTED,
+    Code.TOO_MANY: m.MAV_RESULT_TEMPORARILY_REJECTED,
 }
 Ack = Callable[[int], Any]  # a MAV_RESULT to the message that carries it; None: no message
 
@@ -69,7 +71,8 @@ class Outcome:
 def acknowledgement(command: int, target: tuple[int, int]) -> Ack:
     """Return a function that makes the COMMAND_ACKs of one command for one client."""
     return lambda result: m.MAVLink_command_ack_message(
-        command, result, 255 if result == m.MAV_RESULT_IN_PROGRESS else 0, 0, *target)
+        command, result, 255 if result == m.MAV_RESULT_IN_PROGRESS else 0, 0, *target
+    )
 
 
 class Desk:
@@ -171,8 +174,9 @@ class Desk:
         if job.request_id is None:
             lifetime_s = LIFETIME_S if commands.command(job.made.name).moves else 0.0
             try:
-                job.request_id = self._session.request(job.made.name, job.made.arguments, now_ns, lifetime_s,
-                                                       asked_by=job.asked_by)
+                job.request_id = self._session.request(
+                    job.made.name, job.made.arguments, now_ns, lifetime_s, asked_by=job.asked_by
+                )
             except ValueError as error:
                 self.texts.append(("warning", str(error)))
                 return m.MAV_RESULT_DENIED

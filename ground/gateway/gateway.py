@@ -114,10 +114,15 @@ class Gateway:
             return ()
 
         return {
-            "COMMAND_LONG": self._command, "COMMAND_INT": self._command, "SET_MODE": self._set_mode,
-            "PARAM_REQUEST_LIST": parameter, "PARAM_REQUEST_READ": parameter, "PARAM_SET": parameter,
+            "COMMAND_LONG": self._command,
+            "COMMAND_INT": self._command,
+            "SET_MODE": self._set_mode,
+            "PARAM_REQUEST_LIST": parameter,
+            "PARAM_REQUEST_READ": parameter,
+            "PARAM_SET": parameter,
             "MISSION_COUNT": lambda c, message, now_ns: missions.count(c.key, c.target, message, now_ns),
-            "MISSION_ITEM": self._item, "MISSION_ITEM_INT": self._item,
+            "MISSION_ITEM": self._item,
+            "MISSION_ITEM_INT": self._item,
             "MISSION_REQUEST_LIST": lambda c, message, _: missions.listed(c.key, c.target, message),
             "MISSION_REQUEST": lambda c, message, _: missions.asked(c.key, c.target, message),
             "MISSION_REQUEST_INT": lambda c, message, _: missions.asked(c.key, c.target, message),
@@ -157,13 +162,26 @@ class Gateway:
     def _seen(self) -> Seen:
         items = self._session.items
         onboard_ns = max((item.onboard_ns for item in items.values()), default=0)
-        return Seen({name: item.value for name, item in items.items()}, onboard_ns, self.desk.enabled, self._origin,
-                    self.desk.stopping)
+        return Seen(
+            {name: item.value for name, item in items.items()},
+            onboard_ns,
+            self.desk.enabled,
+            self._origin,
+            self.desk.stopping,
+        )
 
     def _known(self) -> Known:
         seen, missions = self._seen(), self.missions
-        return Known(self._origin, seen.mode, seen.number("yaw_rad"), seen.armed, missions.goals_m,
-                     missions.begin, int(self._home_first), tuple(MESSAGES))
+        return Known(
+            self._origin,
+            seen.mode,
+            seen.number("yaw_rad"),
+            seen.armed,
+            missions.goals_m,
+            missions.begin,
+            int(self._home_first),
+            tuple(MESSAGES),
+        )
 
     def _watch_mode(self, mode: Mode | None) -> None:
         """Withdraw the enabling if the rover enters SAFE or ESTOP."""

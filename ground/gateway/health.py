@@ -52,13 +52,35 @@ def _imu(seen: Seen) -> bool:
 DEVICES = (
     Device(m.MAV_SYS_STATUS_SENSOR_3D_GYRO, _imu, ("IMU_DEAD", "IMU_BIAS", "CAN_BUS_OFF"), "the rover reports faults"),
     Device(m.MAV_SYS_STATUS_SENSOR_3D_ACCEL, _imu, ("IMU_DEAD", "CAN_BUS_OFF"), "the rover reports faults"),
-    Device(m.MAV_SYS_STATUS_SENSOR_LASER_POSITION, lambda seen: (seen.number("lidar_good") or 0.0) > 0.0,
-           ("LIDAR_SILENT", "LIDAR_GARBLED", "LIDAR_DIRTY", "LIDAR_CLOCK"), "the scanner gave a frame in this start"),
-    Device(m.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS, lambda seen: any(seen.number(name) is not None for name in _RATES),
-           ("WHEEL_STALE", "WHEEL_SILENT", "ENCODER_BAD", "WHEEL_STUCK", "WHEEL_FREE", "WHEEL_WEAK", "STEER_STUCK",
-            "STEER_OFFSET", "CAN_BUS_OFF"), "a wheel tells its rate", off=True),
-    Device(m.MAV_SYS_STATUS_SENSOR_BATTERY, lambda seen: seen.number("voltage_v") is not None,
-           ("POWER_LOW", "BROWN_OUT"), "the power node tells its voltage"),
+    Device(
+        m.MAV_SYS_STATUS_SENSOR_LASER_POSITION,
+        lambda seen: (seen.number("lidar_good") or 0.0) > 0.0,
+        ("LIDAR_SILENT", "LIDAR_GARBLED", "LIDAR_DIRTY", "LIDAR_CLOCK"),
+        "the scanner gave a frame in this start",
+    ),
+    Device(
+        m.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS,
+        lambda seen: any(seen.number(name) is not None for name in _RATES),
+        (
+            "WHEEL_STALE",
+            "WHEEL_SILENT",
+            "ENCODER_BAD",
+            "WHEEL_STUCK",
+            "WHEEL_FREE",
+            "WHEEL_WEAK",
+            "STEER_STUCK",
+            "STEER_OFFSET",
+            "CAN_BUS_OFF",
+        ),
+        "a wheel tells its rate",
+        off=True,
+    ),
+    Device(
+        m.MAV_SYS_STATUS_SENSOR_BATTERY,
+        lambda seen: seen.number("voltage_v") is not None,
+        ("POWER_LOW", "BROWN_OUT"),
+        "the power node tells its voltage",
+    ),
     Device(m.MAV_SYS_STATUS_AHRS, lambda seen: seen.number("x_m") is not None, ("POSE_UNSURE",), "a pose is told"),
 )
 

@@ -1,11 +1,11 @@
 """Missions as lists of goals: MAVLink's mission protocol in both directions. An upload stays here until it is started.
 
-    ground program                        gateway
-      MISSION_COUNT 2  ------------------>            an upload begins; one of another client's is cancelled
-      <---- MISSION_REQUEST_INT 0 (again each 0.5 s, at most 10 times)
-      MISSION_ITEM_INT 0 ---------------->
-      <---- MISSION_REQUEST_INT 1 ...
-      <------------------ MISSION_ACK                 the new goals replace the old ones whole, or not at all
+ground program                        gateway
+  MISSION_COUNT 2  ------------------>            an upload begins; one of another client's is cancelled
+  <---- MISSION_REQUEST_INT 0 (again each 0.5 s, at most 10 times)
+  MISSION_ITEM_INT 0 ---------------->
+  <---- MISSION_REQUEST_INT 1 ...
+  <------------------ MISSION_ACK                 the new goals replace the old ones whole, or not at all
 """
 
 from __future__ import annotations
@@ -142,8 +142,14 @@ class Missions:
         head = (*target, message.seq)
         tail = (m.MAV_CMD_NAV_WAYPOINT, now, 1, 0.0, 0.0, 0.0, float("nan"))
         if message.get_type() == "MISSION_REQUEST_INT":
-            return [To(client, m.MAVLink_mission_item_int_message(
-                *head, m.MAV_FRAME_GLOBAL_INT, *tail, e7(lat), e7(lon), height_m))]
+            return [
+                To(
+                    client,
+                    m.MAVLink_mission_item_int_message(
+                        *head, m.MAV_FRAME_GLOBAL_INT, *tail, e7(lat), e7(lon), height_m
+                    ),
+                )
+            ]
         return [To(client, m.MAVLink_mission_item_message(*head, m.MAV_FRAME_GLOBAL, *tail, lat, lon, height_m))]
 
     def set_current(self, message: Any) -> list[To]:
@@ -177,8 +183,11 @@ class Missions:
         """Match the rover's goal to an item: MISSION_CURRENT, and MISSION_ITEM_REACHED if it went on to the next."""
         if goal_m is None or not self.goals_m:
             return []
-        near = [i for i, (x_m, y_m) in enumerate(self.goals_m)
-                if abs(x_m - goal_m[0]) < 0.01 and abs(y_m - goal_m[1]) < 0.01]
+        near = [
+            i
+            for i, (x_m, y_m) in enumerate(self.goals_m)
+            if abs(x_m - goal_m[0]) < 0.01 and abs(y_m - goal_m[1]) < 0.01
+        ]
         if not near or self.at in near:
             return []
         before, self.at = self.at, next((i for i in near if i > self.at), near[0])

@@ -28,8 +28,9 @@ class Auto(IntEnum):
 
 
 SETTABLE = (Mode.STANDBY, Mode.SAFE, Mode.ESTOP)
-_LIST = ", ".join((*(f"{_FIRST + mode} {mode.name}" for mode in SETTABLE),
-                   *(f"{_AUTO}/{sub.value} AUTO.{sub.name}" for sub in Auto)))
+_LIST = ", ".join(
+    (*(f"{_FIRST + mode} {mode.name}" for mode in SETTABLE), *(f"{_AUTO}/{sub.value} AUTO.{sub.name}" for sub in Auto))
+)
 
 
 def custom_mode(mode: Mode) -> int:

@@ -20,8 +20,14 @@ from protocol.tables.arguments import Value
 from protocol.tables.modes import Mode
 
 CANCELLED = 6  # MAV_RESULT_CANCELLED, which this message set lacks
-_GLOBAL = (m.MAV_FRAME_GLOBAL, m.MAV_FRAME_GLOBAL_RELATIVE_ALT, m.MAV_FRAME_GLOBAL_INT,
-           m.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT, m.MAV_FRAME_GLOBAL_TERRAIN_ALT, m.MAV_FRAME_GLOBAL_TERRAIN_ALT_INT)
+_GLOBAL = (
+    m.MAV_FRAME_GLOBAL,
+    m.MAV_FRAME_GLOBAL_RELATIVE_ALT,
+    m.MAV_FRAME_GLOBAL_INT,
+    m.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT,
+    m.MAV_FRAME_GLOBAL_TERRAIN_ALT,
+    m.MAV_FRAME_GLOBAL_TERRAIN_ALT_INT,
+)
 _FORCE = 21196  # parameter value with which ground programs force the command at once
 _RELATIVE_YAW = 2
 
@@ -276,7 +282,8 @@ class Mapped(NamedTuple):
 
 ROWS: dict[int, Mapped] = {
     m.MAV_CMD_COMPONENT_ARM_DISARM: Mapped(
-        _arm, "1: enable (`resume` where the rover is in SAFE); 0: `stop`; 0 with 21196: `emergency-stop`"),
+        _arm, "1: enable (`resume` where the rover is in SAFE); 0: `stop`; 0 with 21196: `emergency-stop`"
+    ),
     m.MAV_CMD_DO_REPOSITION: Mapped(_reposition, "`goto` there, with the heading of parameter 4 where it is a number"),
     m.MAV_CMD_MISSION_START: Mapped(_start, "`mission` with the uploaded items from parameter 1 to parameter 2"),
     m.MAV_CMD_DO_PAUSE_CONTINUE: Mapped(_pause, "0: `stop`; 1 is denied: a stop gives the goal up"),
@@ -284,9 +291,11 @@ ROWS: dict[int, Mapped] = {
     m.MAV_CMD_NAV_RETURN_TO_LAUNCH: Mapped(_always(_RETURN), "`return`, the way that was driven"),
     m.MAV_CMD_CONDITION_YAW: Mapped(_yaw, "`turn` to a heading, or by an angle"),
     m.MAV_CMD_DO_SET_MODE: Mapped(
-        _mode, f"custom mode {custom_mode(Mode.SAFE)}: `safe`; {custom_mode(Mode.ESTOP)}: `emergency-stop`; "
+        _mode,
+        f"custom mode {custom_mode(Mode.SAFE)}: `safe`; {custom_mode(Mode.ESTOP)}: `emergency-stop`; "
         f"{custom_mode(Mode.STANDBY)}: `resume`, `reset` or `stop`, as the mode is; PX4's AUTO (4) with sub mode 3, "
-        "LOITER: `stop`, 4, MISSION: the uploaded mission, 5, RTL: `return`; every other is denied with this list"),
+        "LOITER: `stop`, 4, MISSION: the uploaded mission, 5, RTL: `return`; every other is denied with this list",
+    ),
     m.MAV_CMD_DO_FLIGHTTERMINATION: Mapped(_terminate, "1: `emergency-stop`"),
     m.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: Mapped(_reboot, "1: `reboot`"),
     m.MAV_CMD_PREFLIGHT_STORAGE: Mapped(_storage, "1: `param save`"),

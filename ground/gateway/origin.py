@@ -20,13 +20,14 @@ class Origin:
         inside = abs(self.latitude_deg) <= 89.9 and abs(self.longitude_deg) <= 180 and abs(self.height_m) <= 20_000
         if not inside:  # also for NaN; at a pole north has no meaning
             found = f"{self.latitude_deg:g} {self.longitude_deg:g} {self.height_m:g}"
-            raise ValueError(f"origin {found} should be a latitude "
-                             "from -89.9 to 89.9, a longitude from -180 to 180, a height from -20000 to 20000 m")
+            raise ValueError(
+                f"origin {found} should be a latitude "
+                "from -89.9 to 89.9, a longitude from -180 to 180, a height from -20000 to 20000 m"
+            )
 
     def globe(self, x_m: float, y_m: float, z_m: float) -> tuple[float, float, float]:
         """Return latitude and longitude in degrees and height in m of a point of the map frame."""
-        lat, lon, height = pymap3d.enu2geodetic(
-            x_m, y_m, z_m, self.latitude_deg, self.longitude_deg, self.height_m)
+        lat, lon, height = pymap3d.enu2geodetic(x_m, y_m, z_m, self.latitude_deg, self.longitude_deg, self.height_m)
         return float(lat), float(lon), float(height)
 
     def map(self, latitude_deg: float, longitude_deg: float) -> tuple[float, float]:
@@ -34,7 +35,8 @@ class Origin:
         if not (abs(latitude_deg) <= 90 and abs(longitude_deg) <= 360):
             raise ValueError(f"latitude {latitude_deg:g}, longitude {longitude_deg:g} is no place on the globe")
         x_m, y_m, _ = pymap3d.geodetic2enu(
-            latitude_deg, longitude_deg, self.height_m, self.latitude_deg, self.longitude_deg, self.height_m)
+            latitude_deg, longitude_deg, self.height_m, self.latitude_deg, self.longitude_deg, self.height_m
+        )
         if not math.isfinite(x_m + y_m):
             raise ValueError(f"latitude {latitude_deg:g}, longitude {longitude_deg:g} is no place on the globe")
         return float(x_m), float(y_m)

@@ -173,8 +173,9 @@ class ParameterDesk:
             return
         text = request.report.text if request.report is not None else request.state.name.lower()
         self.texts.append(("warning", f"{setting.parameter.name} not set: {text}"))
-        self._refuse(setting.wanted, m.MAV_PARAM_ERROR_READ_ONLY if "file" in text
-                     else m.MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE)
+        self._refuse(
+            setting.wanted, m.MAV_PARAM_ERROR_READ_ONLY if "file" in text else m.MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE
+        )
         self._answer(setting.wanted._replace(value=None))
 
     def _refuse(self, one: _Wanted, error: int) -> None:

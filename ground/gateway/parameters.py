@@ -118,7 +118,8 @@ class Mirror:
         """Make PARAM_VALUE of one parameter."""
         at = self._at.get(parameter.id, _NO_INDEX)
         return m.MAVLink_param_value_message(
-            parameter.id.encode(), parameter.value, m.MAV_PARAM_TYPE_REAL32, len(self._rows), at)
+            parameter.id.encode(), parameter.value, m.MAV_PARAM_TYPE_REAL32, len(self._rows), at
+        )
 
     def messages(self) -> list[Any]:
         """Make PARAM_VALUE of all parameters."""

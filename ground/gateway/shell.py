@@ -97,8 +97,10 @@ class Shell:
             at.bind(address)
         except OSError as error:
             self._stack.close()
-            raise StationError(f"UDP {address[0]}:{address[1]}: {error.strerror or error}; "
-                               "name another port, or end what listens there") from error
+            raise StationError(
+                f"UDP {address[0]}:{address[1]}: {error.strerror or error}; "
+                "name another port, or end what listens there"
+            ) from error
         self._sockets[door.name] = (door, at)
         host, port = at.getsockname()
         return host, port

@@ -11,8 +11,13 @@ from typing import Any, NamedTuple
 from ground.gateway.frames import mavlink as m
 
 _PIECE, _MOST = 50, 200  # bytes
-_SEVERITIES = {"debug": m.MAV_SEVERITY_DEBUG, "info": m.MAV_SEVERITY_INFO, "warning": m.MAV_SEVERITY_WARNING,
-               "error": m.MAV_SEVERITY_ERROR, "critical": m.MAV_SEVERITY_CRITICAL}
+_SEVERITIES = {
+    "debug": m.MAV_SEVERITY_DEBUG,
+    "info": m.MAV_SEVERITY_INFO,
+    "warning": m.MAV_SEVERITY_WARNING,
+    "error": m.MAV_SEVERITY_ERROR,
+    "critical": m.MAV_SEVERITY_CRITICAL,
+}
 
 
 class Text(NamedTuple):

@@ -23,9 +23,13 @@ _STATES = {
     Mode.TELEOP: m.MAV_STATE_ACTIVE, Mode.SEQUENCE: m.MAV_STATE_ACTIVE, Mode.SAFE: m.MAV_STATE_CRITICAL,
     Mode.ESTOP: m.MAV_STATE_EMERGENCY,
 }  # fmt: skip
-_CAPABILITIES = (m.MAV_PROTOCOL_CAPABILITY_MISSION_INT | m.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
-                 | m.MAV_PROTOCOL_CAPABILITY_MAVLINK2 | m.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST
-                 | m.MAV_PROTOCOL_CAPABILITY_FLIGHT_TERMINATION)
+_CAPABILITIES = (
+    m.MAV_PROTOCOL_CAPABILITY_MISSION_INT
+    | m.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
+    | m.MAV_PROTOCOL_CAPABILITY_MAVLINK2
+    | m.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST
+    | m.MAV_PROTOCOL_CAPABILITY_FLIGHT_TERMINATION
+)
 _UNKNOWN_16, _MOST_32 = 65_535, 2**31 - 1
 
 
@@ -60,7 +64,8 @@ class Seen(NamedTuple):
     def armed(self) -> bool:
         """True if enabled here in STANDBY; in a mode whose wheels run, if enabled here or no stop is pending here."""
         return (self.enabled and self.mode is Mode.STANDBY) or (
-            self.mode in RUNS and (self.enabled or not self.stopping))
+            self.mode in RUNS and (self.enabled or not self.stopping)
+        )
 
     @property
     def boot_ms(self) -> int:
@@ -83,7 +88,8 @@ def heartbeat(seen: Seen) -> Any:
         base |= m.MAV_MODE_FLAG_AUTO_ENABLED | m.MAV_MODE_FLAG_GUIDED_ENABLED
     state = m.MAV_STATE_UNINIT if mode is None else _STATES[mode]
     return m.MAVLink_heartbeat_message(
-        m.MAV_TYPE_GROUND_ROVER, m.MAV_AUTOPILOT_GENERIC, base, 0 if mode is None else custom_mode(mode), state, 3)
+        m.MAV_TYPE_GROUND_ROVER, m.MAV_AUTOPILOT_GENERIC, base, 0 if mode is None else custom_mode(mode), state, 3
+    )
 
 
 def _local(seen: Seen) -> Any:
@@ -115,8 +121,7 @@ def _global(seen: Seen) -> Any:
     heading = _UNKNOWN_16 if heading_deg is None else round(heading_deg * 100) % 36_000
     velocity = [_whole(v * 100, -32_768, 32_767) for v in _velocity(seen)]
     heights = [_whole(v * 1000, -_MOST_32, _MOST_32) for v in (height_m, place[2])]
-    return m.MAVLink_global_position_int_message(
-        seen.boot_ms, e7(lat), e7(lon), *heights, *velocity, heading)
+    return m.MAVLink_global_position_int_message(seen.boot_ms, e7(lat), e7(lon), *heights, *velocity, heading)
 
 
 def _attitude(seen: Seen) -> Any:
@@ -142,10 +147,18 @@ def _status(seen: Seen) -> Any:
     voltage_v, current_a, charge = (seen.number(n) for n in ("voltage_v", "current_a", "charge_ratio"))
     load = seen.number("cpu_ratio") or 0.0
     return m.MAVLink_sys_status_message(
-        *masks(seen), _whole(load * 1000, 0, 1000),
+        *masks(seen),
+        _whole(load * 1000, 0, 1000),
         _UNKNOWN_16 if voltage_v is None else _whole(voltage_v * 1000, 0, _UNKNOWN_16 - 1),
         -1 if current_a is None else _whole(current_a * 100, -32_768, 32_767),
-        -1 if charge is None else _whole(charge * 100, 0, 100), 0, 0, 0, 0, 0, 0)
+        -1 if charge is None else _whole(charge * 100, 0, 100),
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+    )
 
 
 def _whole(value: float, low: int, high: int) -> int:
@@ -156,19 +169,28 @@ def _whole(value: float, low: int, high: int) -> int:
 def _home(seen: Seen) -> Any:
     origin = seen.origin
     return m.MAVLink_home_position_message(
-        e7(origin.latitude_deg), e7(origin.longitude_deg), round(origin.height_m * 1000), 0.0, 0.0, 0.0,
-        [1.0, 0.0, 0.0, 0.0], 0.0, 0.0, 0.0)
+        e7(origin.latitude_deg),
+        e7(origin.longitude_deg),
+        round(origin.height_m * 1000),
+        0.0,
+        0.0,
+        0.0,
+        [1.0, 0.0, 0.0, 0.0],
+        0.0,
+        0.0,
+        0.0,
+    )
 
 
 def _origin(seen: Seen) -> Any:
     origin = seen.origin
     return m.MAVLink_gps_global_origin_message(
-        e7(origin.latitude_deg), e7(origin.longitude_deg), round(origin.height_m * 1000))
+        e7(origin.latitude_deg), e7(origin.longitude_deg), round(origin.height_m * 1000)
+    )
 
 
 def _version(seen: Seen) -> Any:
-    return m.MAVLink_autopilot_version_message(
-        _CAPABILITIES, 0, 0, 0, 0, [0] * 8, [0] * 8, [0] * 8, 0, 0, 0)
+    return m.MAVLink_autopilot_version_message(_CAPABILITIES, 0, 0, 0, 0, [0] * 8, [0] * 8, [0] * 8, 0, 0, 0)
 
 
 class Shown(NamedTuple):

@@ -9,8 +9,10 @@ from __future__ import annotations
 from ground.link.session import Session
 from protocol.link.transactions import State
 
-NOT_HEARD_THERE = ("the rover refuses what this station sends and answers nothing: is its command key the rover's? "
-                   "It is asked on; Ctrl-C ends that")
+NOT_HEARD_THERE = (
+    "the rover refuses what this station sends and answers nothing: is its command key the rover's? "
+    "It is asked on; Ctrl-C ends that"
+)
 _UNANSWERED_NS = 10_000_000_000
 SILENT_NS = 15_000_000_000
 CLOSED_NS = 5_000_000_000
@@ -30,8 +32,9 @@ class Uplink:
             return False
         own = [one for one in session.requester.requests.values() if one.own]
         self._first = item.value if self._first is None else self._first
-        waits = any(one.state is State.REQUESTED and one.sent > 1 and now_ns - one.made_ns >= _UNANSWERED_NS
-                    for one in own)
+        waits = any(
+            one.state is State.REQUESTED and one.sent > 1 and now_ns - one.made_ns >= _UNANSWERED_NS for one in own
+        )
         answered = any(one.report is not None for one in own)
         self._told = waits and not answered and item.value > self._first
         return self._told

@@ -1,8 +1,8 @@
 """Reception of products: chunks in, whole objects out, including chunks received before a restart of the station.
 
-    asked(name)       -> loads the chunks from the archive and reports them to the rover
-    receive(payload)  -> a whole product, its SHA-256 checked, or the progress of each transfer
-    send(now)         -> bitmaps of the missing chunks
+asked(name)       -> loads the chunks from the archive and reports them to the rover
+receive(payload)  -> a whole product, its SHA-256 checked, or the progress of each transfer
+send(now)         -> bitmaps of the missing chunks
 """
 
 from __future__ import annotations
@@ -54,8 +54,14 @@ class Fetched:
 
     def newest(self, name: str, since_ns: int) -> bulk.Product | None:
         """Return the newest whole product of a name announced since `since_ns`; None if there is none."""
-        return next((p for p in reversed(self.products.values())
-                     if p.name == name and self._product_ns[p.object_id] >= since_ns), None)
+        return next(
+            (
+                p
+                for p in reversed(self.products.values())
+                if p.name == name and self._product_ns[p.object_id] >= since_ns
+            ),
+            None,
+        )
 
     def receive(self, payload: bytes, now_ns: int) -> list[News]:
         """Process a Kind.BULK_CHUNK payload. Raises WireError."""
@@ -105,8 +111,10 @@ class Fetched:
                 self._recalled[whole.object_id] = whole
         if useless or self._bulk.damaged > damaged:
             lost = self._bulk.damaged - damaged
-            self._texts.append(f"of the parts of products that were kept {useless} are damaged or of another rover, "
-                               f"and {lost} products did not fit their SHA-256: these come anew")
+            self._texts.append(
+                f"of the parts of products that were kept {useless} are damaged or of another rover, "
+                f"and {lost} products did not fit their SHA-256: these come anew"
+            )
 
     def _forget(self) -> None:
         newest = {p.name: p.object_id for p in self.products.values()}

@@ -1,7 +1,7 @@
 """Contact windows of the station, from a file, converted to the station's clock.
 
-    2026-11-22T12:00:00Z 2026-11-22T12:10:00Z   # UTC, one window a line
-    600 1200                                    # or seconds of onboard time; one kind in a file
+2026-11-22T12:00:00Z 2026-11-22T12:10:00Z   # UTC, one window a line
+600 1200                                    # or seconds of onboard time; one kind in a file
 """
 
 from __future__ import annotations

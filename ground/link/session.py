@@ -37,9 +37,15 @@ class Session:
     """State of one station: requests, known state of the rover, transfers."""
 
     def __init__(
-        self, keys: LinkKeys, station: int, *, up_bps: float = 256e3, kept: Kept = NOTHING,
-        schedule: Schedule = ALWAYS, utc_ns: int = 0,
-    ) -> None:  # fmt: skip
+        self,
+        keys: LinkKeys,
+        station: int,
+        *,
+        up_bps: float = 256e3,
+        kept: Kept = NOTHING,
+        schedule: Schedule = ALWAYS,
+        utc_ns: int = 0,
+    ) -> None:
         """schedule: contact windows. utc_ns: UTC at the zero of the station's clock.
 
         Raises ValueError without a station key.
@@ -125,8 +131,16 @@ class Session:
         """Return the next contact windows as `contacts_set` takes them; None until the rover is received."""
         return self._schedule.for_rover(self.utc_ns, self.far_clock, now_ns)
 
-    def request(self, name: str, arguments: commands.Arguments, now_ns: int, lifetime_s: float = 0.0,
-                start_s: float = 0.0, *, asked_by: str = "") -> int:
+    def request(
+        self,
+        name: str,
+        arguments: commands.Arguments,
+        now_ns: int,
+        lifetime_s: float = 0.0,
+        start_s: float = 0.0,
+        *,
+        asked_by: str = "",
+    ) -> int:
         """Make a request and return its id. The rover does not execute it after its lifetime (0: no limit).
 
         start_s: onboard time before which it may not begin (0: at once); the lifetime counts from then.
@@ -272,10 +286,14 @@ class Session:
         self.sealer.boot_id = self.boot_id
         asked = self.requester.send(now_ns, halting_only=not self.commanding or self.only_halts)
         if self.commanding and self.heard_ns is not None:
-            self._timed |= {i: now_ns for p in asked if (i := commands.request_id_of(p) or 0)
-                            and self.requester.requests[i].sent == 1}
-        sealed = [self.sealer.seal_halt(p) if commands.halts(p) else self.sealer.seal(Kind.TELECOMMAND, p)
-                  for p in asked]
+            self._timed |= {
+                i: now_ns
+                for p in asked
+                if (i := commands.request_id_of(p) or 0) and self.requester.requests[i].sent == 1
+            }
+        sealed = [
+            self.sealer.seal_halt(p) if commands.halts(p) else self.sealer.seal(Kind.TELECOMMAND, p) for p in asked
+        ]
         if not self.boot_id or self.only_halts:
             return sealed
         before = self.sealer.counter - sum(not commands.halts(p) for p in asked)

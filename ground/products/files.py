@@ -84,23 +84,37 @@ def _ldem(data: bytes) -> Written:
     grid, known = ldem.grid, np.isfinite(ldem.heights_m)
     low, high = (float(f(ldem.heights_m[known])) if known.any() else math.nan for f in (np.min, np.max))
     arrays = ldem_arrays(data)
-    where = f"around {grid.x0_m + grid.cell_m * (grid.columns - 1) / 2:.2f}, " \
-            f"{grid.y0_m + grid.cell_m * (grid.rows - 1) / 2:.2f}"
-    return Written(_npz(**arrays), f"{grid.columns} x {grid.rows} cells of {grid.cell_m:g} m {where}, "
-                                   f"{known.mean():.0%} known, {low:.2f} to {high:.2f} m high; {', '.join(arrays)}")
+    where = (
+        f"around {grid.x0_m + grid.cell_m * (grid.columns - 1) / 2:.2f}, "
+        f"{grid.y0_m + grid.cell_m * (grid.rows - 1) / 2:.2f}"
+    )
+    return Written(
+        _npz(**arrays),
+        f"{grid.columns} x {grid.rows} cells of {grid.cell_m:g} m {where}, "
+        f"{known.mean():.0%} known, {low:.2f} to {high:.2f} m high; {', '.join(arrays)}",
+    )
 
 
 def ldem_arrays(data: bytes) -> dict[str, Any]:
     """Return the arrays of an encoded map: heights, sets, grid, and the poses if present. Raises WireError."""
     ldem = decode_ldem(data)
     grid = ldem.grid
-    tree: dict[str, Any] = {"heights_m": ldem.heights_m, "node_sets": ldem.node_sets, "x0_m": grid.x0_m,
-                            "y0_m": grid.y0_m, "cell_m": grid.cell_m}
+    tree: dict[str, Any] = {
+        "heights_m": ldem.heights_m,
+        "node_sets": ldem.node_sets,
+        "x0_m": grid.x0_m,
+        "y0_m": grid.y0_m,
+        "cell_m": grid.cell_m,
+    }
     poses = poses_of(data)
     if poses is not None:
-        tree |= {"freedom": poses.freedom, "pose": poses.pose, "known": poses.known,
-                 "slippery_m": np.array(poses.slippery_m).reshape(-1, 2),
-                 "settings": np.frombuffer(poses.settings, np.uint8)}
+        tree |= {
+            "freedom": poses.freedom,
+            "pose": poses.pose,
+            "known": poses.known,
+            "slippery_m": np.array(poses.slippery_m).reshape(-1, 2),
+            "settings": np.frombuffer(poses.settings, np.uint8),
+        }
     return tree
 
 
@@ -109,8 +123,11 @@ def _height_std(data: bytes) -> Written:
     known = np.isfinite(std_m)
     middle = f"half of them under {float(np.median(std_m[known])) * 1e3:.1f} mm" if known.any() else "none known"
     arrays = {"height_std_m": std_m, "x0_m": grid.x0_m, "y0_m": grid.y0_m, "cell_m": grid.cell_m}
-    return Written(_npz(**arrays), f"1 sigma of the heights in {int(known.sum())} of {grid.columns} x {grid.rows} "
-                                   f"cells of {grid.cell_m:g} m, {middle}; {', '.join(arrays)}")
+    return Written(
+        _npz(**arrays),
+        f"1 sigma of the heights in {int(known.sum())} of {grid.columns} x {grid.rows} "
+        f"cells of {grid.cell_m:g} m, {middle}; {', '.join(arrays)}",
+    )
 
 
 # -- scan ------------------------------------------------------------------------------------------------------
@@ -127,8 +144,9 @@ def image_of(scan: ScanProduct) -> Scan3d:
 
 def points_map(scan: ScanProduct, image: Scan3d) -> tuple[NDArray[np.float64], Points]:
     """Return (n, 3) points in the map frame, m, and their pixels."""
-    at_scanner = Rover(lidar_x_m=0.0, lidar_y_m=0.0, lidar_z_m=0.0, lidar_roll_rad=0.0, lidar_pitch_rad=0.0,
-                       lidar_yaw_rad=0.0)
+    at_scanner = Rover(
+        lidar_x_m=0.0, lidar_y_m=0.0, lidar_z_m=0.0, lidar_roll_rad=0.0, lidar_pitch_rad=0.0, lidar_yaw_rad=0.0
+    )
     found = points(image, at_scanner)
     T = scan.T_map_base @ scan.T_base_scanner
     return found.xyz_m @ T[:3, :3].T + T[:3, 3], found
@@ -137,8 +155,10 @@ def points_map(scan: ScanProduct, image: Scan3d) -> tuple[NDArray[np.float64], P
 def _scan_words(scan: ScanProduct, count: int) -> str:
     x_m, y_m, z_m = scan.T_map_base[:3, 3]
     span_s = (int(scan.start_ns[-1]) - int(scan.start_ns[0])) / 1e9
-    return (f"{count} points of {scan.ranges_m.shape[0]} turns in {span_s:.1f} s, taken at stop {scan.stop} from "
-            f"{x_m:.2f}, {y_m:.2f}, {z_m:.2f} in the map frame")
+    return (
+        f"{count} points of {scan.ranges_m.shape[0]} turns in {span_s:.1f} s, taken at stop {scan.stop} from "
+        f"{x_m:.2f}, {y_m:.2f}, {z_m:.2f} in the map frame"
+    )
 
 
 def _scan_npz(data: bytes) -> Written:
@@ -146,11 +166,21 @@ def _scan_npz(data: bytes) -> Written:
     image = image_of(scan)
     xyz_m, found = points_map(scan, image)
     fields = {name: image.pixels[name] for name in ("range_m", "tilt_rad", "time_ns", "mask")}
-    made = _npz(points_m=xyz_m.astype(np.float32), line=found.line, beam=found.beam, T_map_base=scan.T_map_base,
-                T_base_scanner=scan.T_base_scanner, first_angle_rad=scan.first_angle_rad, step_rad=scan.step_rad,
-                **fields)
-    return Written(made, f"{_scan_words(scan, len(xyz_m))}; points_m, line, beam, {', '.join(fields)}, "
-                         "first_angle_rad, step_rad, T_map_base, T_base_scanner")
+    made = _npz(
+        points_m=xyz_m.astype(np.float32),
+        line=found.line,
+        beam=found.beam,
+        T_map_base=scan.T_map_base,
+        T_base_scanner=scan.T_base_scanner,
+        first_angle_rad=scan.first_angle_rad,
+        step_rad=scan.step_rad,
+        **fields,
+    )
+    return Written(
+        made,
+        f"{_scan_words(scan, len(xyz_m))}; points_m, line, beam, {', '.join(fields)}, "
+        "first_angle_rad, step_rad, T_map_base, T_base_scanner",
+    )
 
 
 def _scan_ply(data: bytes) -> Written:
@@ -160,8 +190,10 @@ def _scan_ply(data: bytes) -> Written:
     rows["x"], rows["y"], rows["z"] = xyz_m.T
     rows["time"] = (found.pixels["time_ns"] - int(scan.start_ns[0])) * 1e-9
     named = "".join(f"property float {name}\n" for name in _VERTEX.names or ())
-    head = ("ply\nformat binary_little_endian 1.0\ncomment one sweep in the map frame: metres, x east, y north, z up; "
-            f"time: s since its first turn\nelement vertex {len(rows)}\n{named}end_header\n")
+    head = (
+        "ply\nformat binary_little_endian 1.0\ncomment one sweep in the map frame: metres, x east, y north, z up; "
+        f"time: s since its first turn\nelement vertex {len(rows)}\n{named}end_header\n"
+    )
     return Written(head.encode("ascii") + rows.tobytes(), f"{_scan_words(scan, len(rows))}; x, y, z, time")
 
 
@@ -186,8 +218,11 @@ def _nsp(data: bytes) -> Written:
     told = decode_nsp(data)
     x_m, y_m, heading_rad = told.end
     way = f"{told.rule} {told.kind} to {x_m:.2f}, {y_m:.2f}, heading {math.degrees(heading_rad):.0f} degrees"
-    scored = f"{told.scored} places scored, the best {len(told.places)} of them with their terms" if told.places else (
-        f"the strategy {told.strategy} scored no places")
+    scored = (
+        f"{told.scored} places scored, the best {len(told.places)} of them with their terms"
+        if told.places
+        else (f"the strategy {told.strategy} scored no places")
+    )
     made = json.dumps(explanation_tree(told), indent=1).encode() + b"\n"
     return Written(made, visible(f"decision at stop {told.stop}: {way}: {told.reason}; {scored}"))
 

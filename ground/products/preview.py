@@ -74,8 +74,9 @@ def map_file(path: Path) -> Map:
             grid = MapGrid(float(file["x0_m"]), float(file["y0_m"]), float(file["cell_m"]), *heights.shape)
             x_m, y_m, yaw_rad = (float(number) for number in file["pose"])
             slippery = tuple((x, y) for x, y in file["slippery_m"].tolist())
-            poses = PoseMap(file["freedom"], (x_m, y_m, yaw_rad), slippery, bool(file["known"]),
-                            file["settings"].tobytes())
+            poses = PoseMap(
+                file["freedom"], (x_m, y_m, yaw_rad), slippery, bool(file["known"]), file["settings"].tobytes()
+            )
             return _standing(Map(LdemProduct(grid, heights, file["node_sets"]), poses, str(path)))
     except OSError as error:
         raise NoMapError(f"{path}: {error.strerror or error}") from error
@@ -128,8 +129,14 @@ class Flown(NamedTuple):
     @property
     def warning(self) -> str:
         """Warning that the rover flies other settings; "" if it does not."""
-        return "" if self.same else (f"the rover flies other settings than {self.whose}: the real way may differ; "
-                                     "`ground param list` fetches them, or name its file with --config")
+        return (
+            ""
+            if self.same
+            else (
+                f"the rover flies other settings than {self.whose}: the real way may differ; "
+                "`ground param list` fetches them, or name its file with --config"
+            )
+        )
 
 
 def settings_for(seen: Map, config: Path | None, archive: Path | None) -> Flown:
@@ -150,11 +157,15 @@ def settings_for(seen: Map, config: Path | None, archive: Path | None) -> Flown:
 
 def fetched(seen: Map, listed: bytes) -> Flown | None:
     """Return the settings from the rover's list of parameters; None if it cannot be read."""
-    lines = (line[2:].partition("  # ")[0] for line in listed.decode(errors="replace").splitlines()
-             if line[:2] in ("* ", "  "))
+    lines = (
+        line[2:].partition("  # ")[0]
+        for line in listed.decode(errors="replace").splitlines()
+        if line[:2] in ("* ", "  ")
+    )
     try:
-        named = {name.strip(): parse_toml(f"v = {text}")["v"] for name, _, text in
-                 (line.partition(" = ") for line in lines)}
+        named = {
+            name.strip(): parse_toml(f"v = {text}")["v"] for name, _, text in (line.partition(" = ") for line in lines)
+        }
         config = load(None, named, "the parameters that were fetched")
     except (ConfigError, TomlError):
         return None
@@ -206,8 +217,10 @@ def warnings(seen: Map, goal_m: tuple[float, float], gdem: Gdem | None, archive:
         told.append("the ground under the rover is not in the map: it will look behind as well")
     here = None if archive is None else _newest_place(archive)
     if here is not None and math.dist(here, seen.poses.pose[:2]) > _FAR_M:
-        told.append(f"the rover stands {math.dist(here, seen.poses.pose[:2]):.1f} m from where this map was made: "
-                    "`ground get ldem`")
+        told.append(
+            f"the rover stands {math.dist(here, seen.poses.pose[:2]):.1f} m from where this map was made: "
+            "`ground get ldem`"
+        )
     return told
 
 

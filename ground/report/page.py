@@ -90,7 +90,7 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[str]], hashes: bool = Fa
         cells = [escape(cell) for cell in row]
         if hashes:
             cells[-1] = f'<span class="hash">{cells[-1]}</span>'
-        body += "<tr>" + "".join(f'<td{_SHORT if len(c) <= 18 else ""}>{c}</td>' for c in cells) + "</tr>\n"
+        body += "<tr>" + "".join(f"<td{_SHORT if len(c) <= 18 else ''}>{c}</td>" for c in cells) + "</tr>\n"
     return f"<table><thead><tr>{top}</tr></thead><tbody>\n{body}</tbody></table>\n" if rows else ""
 
 

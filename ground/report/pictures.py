@@ -23,15 +23,20 @@ def paths_picture(run: Run) -> bytes:
     """Draw all paths on the ground, as in Fig. 13a. Returns PNG."""
     plans = [plan for _, plan in run.plans]
     local = [plan.path for plan in plans if len(plan.path) > 1]
-    return png(paths(_ground(run), Ways(
-        goal_m=_goal(run),
-        tolerance_m=float(run.config.get("mission", {}).get("goal_tolerance_m", 0.3)),
-        global_path=plans[0].global_path if plans else np.empty((0, 2)),
-        local_paths=local,
-        estimated=run.estimated.position_m,
-        true=run.truth.track.position_m if run.truth else np.empty((0, 2)),
-        stops=_stops(run),
-    )))
+    return png(
+        paths(
+            _ground(run),
+            Ways(
+                goal_m=_goal(run),
+                tolerance_m=float(run.config.get("mission", {}).get("goal_tolerance_m", 0.3)),
+                global_path=plans[0].global_path if plans else np.empty((0, 2)),
+                local_paths=local,
+                estimated=run.estimated.position_m,
+                true=run.truth.track.position_m if run.truth else np.empty((0, 2)),
+                stops=_stops(run),
+            ),
+        )
+    )
 
 
 def orientation_picture(run: Run) -> bytes:
@@ -89,10 +94,15 @@ def motion_picture(run: Run) -> bytes:
     """Draw the speed, and with the truth wheel rates and steering. Returns PNG."""
     truth = run.truth
     none, no_wheels = np.empty(0), np.empty((0, 4))
-    return png(figures.motion(
-        truth.track if truth else run.estimated, truth.track.times_s if truth else none,
-        truth.wheel_rates_radps if truth else no_wheels, truth.steer_rad if truth else no_wheels, run.spans(),
-    ))
+    return png(
+        figures.motion(
+            truth.track if truth else run.estimated,
+            truth.track.times_s if truth else none,
+            truth.wheel_rates_radps if truth else no_wheels,
+            truth.steer_rad if truth else no_wheels,
+            run.spans(),
+        )
+    )
 
 
 def _goal(run: Run) -> tuple[float, float]:

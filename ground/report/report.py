@@ -57,14 +57,22 @@ def html(run: Run) -> str:
         Section("The run", facts(_facts(run))),
         Section("Decisions, stop by stop", _decisions(run)),
         Section("What the rover knew at each stop", _maps(run)),
-        Section("Orientation", picture(
-            draw.orientation_picture(run), "Yaw, roll and pitch over bench time; the bands are the mission's phases. "
-            "The line of yaw breaks where the rover turns past 180 degrees: the same heading as -180."
-        )),
+        Section(
+            "Orientation",
+            picture(
+                draw.orientation_picture(run),
+                "Yaw, roll and pitch over bench time; the bands are the mission's phases. "
+                "The line of yaw breaks where the rover turns past 180 degrees: the same heading as -180.",
+            ),
+        ),
         Section("Pose and motion", _motion(run)),
-        Section("Terrain", picture(
-            draw.terrain_picture(run), "What lies there and what the orbiter knows of it; triangle: start, dot: goal."
-        )),
+        Section(
+            "Terrain",
+            picture(
+                draw.terrain_picture(run),
+                "What lies there and what the orbiter knows of it; triangle: start, dot: goal.",
+            ),
+        ),
         Section("Link and tick", _link_and_tick(run)),
         Section("Events", _events(run.events)),
         Section("Certificate", _certificate(run.certificate)),
@@ -91,12 +99,15 @@ def _head(run: Run, title: str) -> str:
         words = [verdict(None if end is None else end.name == "ARRIVED", told)]
     if run.contacts is not None:
         words.insert(1, verdict(not run.contacts, _count(run.contacts)))
-    head += f'<p>{" ".join(words)}</p>'
+    head += f"<p>{' '.join(words)}</p>"
     head += paragraph(f"The rover's own word, by its own estimate: {told}.", "soft")
     boxes = (
-        ("true distance to the goal", "distance_to_goal_m", "{:.2f} m"), ("scans", "scans", "{}"),
-        ("replans", "replans", "{}"), ("driven", "way_m", "{:.1f} m"),
-        ("bench time", "bench_s", "{:.0f} s"), ("times real time", "rtf", "{:.1f}"),
+        ("true distance to the goal", "distance_to_goal_m", "{:.2f} m"),
+        ("scans", "scans", "{}"),
+        ("replans", "replans", "{}"),
+        ("driven", "way_m", "{:.1f} m"),
+        ("bench time", "bench_s", "{:.0f} s"),
+        ("times real time", "rtf", "{:.1f}"),
     )
     return head + numbers([(name, shape.format(known[key])) for name, key, shape in boxes if key in known])
 
@@ -108,8 +119,13 @@ def _facts(run: Run) -> list[tuple[str, str]]:
     rows: list[tuple[str, Any]] = [
         ("terrain, seed", _filled("{terrain}, {seed}", known)),
         ("ground", _filled("median slope {median_slope_deg:.1f}°, 95th percentile {p95_slope_deg:.1f}°", ground)),
-        ("rocks", _filled("{rocks:.0f}, on {percent:.1f} % of the ground",
-                          {**ground, "percent": 100 * ground.get("rock_area_ratio", 0)})),
+        (
+            "rocks",
+            _filled(
+                "{rocks:.0f}, on {percent:.1f} % of the ground",
+                {**ground, "percent": 100 * ground.get("rock_area_ratio", 0)},
+            ),
+        ),
         ("seeds passed over", "; ".join(f"{row['seed']}: {row['reason']}" for row in known.get("passed_over", ()))),
         ("scanner", _scanner(known.get("scanner", {}))),
         ("soil", known.get("soil")),
@@ -224,18 +240,30 @@ def _rhythm(rhythm: dict[str, Any]) -> str:
             f"Ticks began less than {below['p50']} µs late in half of the cases, {below['p999']} µs in all but one of "
             f"1000, {ticks['late_worst_ms']:.2f} ms at worst; {ticks['slipped']} were left out."
         )
-        body += table(("rate group", "rate", "budget", "worst", "runs over it", "slips"), [
-            (row["name"], f"{row['rate_hz']:g} Hz", f"{row['budget_us']:.0f} µs", f"{row['worst_us']:.0f} µs",
-             str(row["over_budget"]), str(row["slips"])) for row in rhythm["rate_groups"]
-        ])  # fmt: skip
+        body += table(
+            ("rate group", "rate", "budget", "worst", "runs over it", "slips"),
+            [
+                (
+                    row["name"],
+                    f"{row['rate_hz']:g} Hz",
+                    f"{row['budget_us']:.0f} µs",
+                    f"{row['worst_us']:.0f} µs",
+                    str(row["over_budget"]),
+                    str(row["slips"]),
+                )
+                for row in rhythm["rate_groups"]
+            ],
+        )
         if ticks["slips"]:
-            body += table(("left out because of", "beside the job", "ticks", "longest"), [
-                (row["cause"], row["job"], str(row["ticks"]), f"{row['worst_ms']:.1f} ms") for row in ticks["slips"]
-            ])  # fmt: skip
+            body += table(
+                ("left out because of", "beside the job", "ticks", "longest"),
+                [(row["cause"], row["job"], str(row["ticks"]), f"{row['worst_ms']:.1f} ms") for row in ticks["slips"]],
+            )
     if jobs := rhythm.get("jobs", {}).get("kept"):
-        body += table(("job", "done", "late", "worst, in ticks"), [
-            (name, str(row["done"]), str(row["late"]), str(row["worst_late_ticks"])) for name, row in jobs.items()
-        ])  # fmt: skip
+        body += table(
+            ("job", "done", "late", "worst, in ticks"),
+            [(name, str(row["done"]), str(row["late"]), str(row["worst_late_ticks"])) for name, row in jobs.items()],
+        )
     return body
 
 
@@ -248,17 +276,25 @@ def _events(events: Sequence[Told]) -> str:
 def _certificate(known: dict[str, Any]) -> str:
     if not known:
         return ""
-    rows = [(name, str(row.get("pieces", row.get("datagrams", ""))), str(row.get("bytes", "")), row["sha256"])
-            for name, row in known.get("channels", {}).items()]
+    rows = [
+        (name, str(row.get("pieces", row.get("datagrams", ""))), str(row.get("bytes", "")), row["sha256"])
+        for name, row in known.get("channels", {}).items()
+    ]
     plant = known.get("plant", {})
     if plant:
         rows.append(("the plant's states", str(plant["states"]), "", plant["sha256"]))
     text = paragraph("The same seed gives these hashes again, run after run; make the demo twice and compare.")
     versions = ", ".join(f"{name} {version}" for name, version in known.get("versions", {}).items())
-    lines = [("scenario", str(known.get("scenario", ""))), ("its SHA-256", str(known.get("scenario_sha256", ""))),
-             ("machine", str(known.get("machine", ""))), ("versions", versions)]
-    return text + facts([line for line in lines if line[1]]) + table(
-        ("channel", "pieces", "bytes", "SHA-256"), rows, hashes=True
+    lines = [
+        ("scenario", str(known.get("scenario", ""))),
+        ("its SHA-256", str(known.get("scenario_sha256", ""))),
+        ("machine", str(known.get("machine", ""))),
+        ("versions", versions),
+    ]
+    return (
+        text
+        + facts([line for line in lines if line[1]])
+        + table(("channel", "pieces", "bytes", "SHA-256"), rows, hashes=True)
     )
 
 
@@ -266,5 +302,6 @@ def _laps(laps: dict[str, dict[str, Any]]) -> str:
     """Return the wall time of a tick in words."""
     return "; ".join(
         f"{name.replace('_', ' ')}: " + ", ".join(f"{share.replace('_', '.')} {ms:.2f} ms" for share, ms in row.items())
-        for name, row in laps.items() if row and name != "histogram"
+        for name, row in laps.items()
+        if row and name != "histogram"
     )

@@ -1,7 +1,7 @@
 """A run's folder as plain data: the rover's own record and, if present, the files of the bench.
 
-    onboard.mcap   poses, events and plans: needed     summary.json certificate.json link.json   facts of the bench
-    truth.mcap     what really happened: optional      field.npz                                 the true ground
+onboard.mcap   poses, events and plans: needed     summary.json certificate.json link.json   facts of the bench
+truth.mcap     what really happened: optional      field.npz                                 the true ground
 """
 
 from __future__ import annotations
@@ -33,8 +33,22 @@ from pictures.timelines import Span, Track
 EVERY = 10  # every tenth tick: ten poses a second
 MOST_BYTES = 1 << 29  # of the ground, and of all plans, unpacked
 # of readers, and of code that meets values of another kind than the programs write; RuntimeError: nested too deep
-_DAMAGE = (McapError, ZstdError, EOFError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError,
-           RuntimeError, MemoryError, OSError, struct.error, zipfile.BadZipFile, zlib.error)
+_DAMAGE = (
+    McapError,
+    ZstdError,
+    EOFError,
+    ValueError,
+    LookupError,
+    TypeError,
+    AttributeError,
+    ArithmeticError,
+    RuntimeError,
+    MemoryError,
+    OSError,
+    struct.error,
+    zipfile.BadZipFile,
+    zlib.error,
+)
 
 
 class NoRunError(ValueError):
@@ -119,8 +133,10 @@ def read_run(folder: Path, with_truth: bool = True) -> Run:
         run, rhythm = _record(folder, record)
     except _DAMAGE as error:
         raise NoRunError(f"{record} is damaged: {error}") from error
-    known = {name: _json(folder / f"{file}.json")
-             for name, file in (("facts", "summary"), ("certificate", "certificate"), ("link", "link"))}
+    known = {
+        name: _json(folder / f"{file}.json")
+        for name, file in (("facts", "summary"), ("certificate", "certificate"), ("link", "link"))
+    }
     truth = _truth(folder / "truth.mcap") if with_truth else None
     ground = _ground(folder / "field.npz") if with_truth else None
     return Run(folder, *run, truth=truth, ground=ground, rhythm=rhythm, **known)
@@ -164,8 +180,10 @@ def _record(folder: Path, path: Path) -> tuple[tuple[Any, ...], dict[str, Any]]:
                 check_size(message.data, MOST_BYTES)
                 plans.append((message.log_time / 1e9, archive.from_npz(message.data)))
             else:
-                events += [Told(row["now_ns"] / 1e9, str(row["severity"]), str(row["name"]), str(row["text"]))
-                           for row in json.loads(message.data)]
+                events += [
+                    Told(row["now_ns"] / 1e9, str(row["severity"]), str(row["name"]), str(row["text"]))
+                    for row in json.loads(message.data)
+                ]
     pose = np.array(poses, dtype=np.float64).reshape(-1, 6)
     track = Track(np.array(times), pose[:, :3], pose[:, 3:])
     config = parse_toml(attached["config.toml"].decode())

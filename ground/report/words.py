@@ -5,19 +5,34 @@ from __future__ import annotations
 RULES = {  # `onboard/planning/mission_rule.py`
     "R1": ("start", "two scans at the first stop, ahead and behind; one at every other."),
     "R2": ("trail", "poses the rover has driven over stay free."),
-    "R4": ("terminal", "a pose within the tolerance of the goal is reachable over free poses, so the rover drives to "
-           "the one nearest to the goal, or stays."),
-    "R5": ("commit", "the rover follows the optimistic path, for which unknown ground is free, to its last free pose "
-           "and looks at the first that is not."),
-    "R6": ("failed try", "a scan that showed nothing of its target is not repeated; the rover looks from elsewhere, "
-           "and after two such tries the target counts as an obstacle."),
-    "R7": ("confirm", "no way is left, so what is blocked farther than 3 m from every stop is taken as unknown and "
-           "looked at once more."),
+    "R4": (
+        "terminal",
+        "a pose within the tolerance of the goal is reachable over free poses, so the rover drives to "
+        "the one nearest to the goal, or stays.",
+    ),
+    "R5": (
+        "commit",
+        "the rover follows the optimistic path, for which unknown ground is free, to its last free pose "
+        "and looks at the first that is not.",
+    ),
+    "R6": (
+        "failed try",
+        "a scan that showed nothing of its target is not repeated; the rover looks from elsewhere, "
+        "and after two such tries the target counts as an obstacle.",
+    ),
+    "R7": (
+        "confirm",
+        "no way is left, so what is blocked farther than 3 m from every stop is taken as unknown and "
+        "looked at once more.",
+    ),
     "R8": ("again", "still no way, so targets marked as obstacles are unmarked, once in a mission."),
     "R9": ("give up", "no way is left over free or unknown ground; the nearest reachable pose is told."),
     "R10": ("choice", "the strategy's own stop, as long as the way left keeps shrinking."),
-    "R11": ("look again", "the rule would give up on a side of which the scanner saw too little, so the rover turns to "
-            "it and sweeps it again, slowly and twice."),
+    "R11": (
+        "look again",
+        "the rule would give up on a side of which the scanner saw too little, so the rover turns to "
+        "it and sweeps it again, slowly and twice.",
+    ),
 }
 ALWAYS = ("R1", "R2")  # they decide nothing that a record shows, and apply at each stop
 EXPECTED_REFUSAL = (

@@ -70,8 +70,14 @@ class Memory:
     def unkept(self, utc_s: int) -> Block:
         """Return numbers for halting the rover after `reserve` has failed, from the file if it can be read."""
         tree = self._readable()
-        return Block(tree["counter"], tree["counter"], tree["request_id"] + utc_s % GAP, tree["request_id"] + GAP,
-                     tree["boot_id"], _kept(tree))
+        return Block(
+            tree["counter"],
+            tree["counter"],
+            tree["request_id"] + utc_s % GAP,
+            tree["request_id"] + GAP,
+            tree["boot_id"],
+            _kept(tree),
+        )
 
     def overtaken(self, block: Block) -> bool:
         """Return whether another process of the station has reserved numbers since: its requests have higher ids."""
@@ -136,7 +142,8 @@ class Memory:
         try:
             tree = json.loads(self._path.read_text())
             return {name: int(tree[name]) for name in _NEW} | {
-                name: int(tree.get(name, least)) for name, least in _LATER.items()}
+                name: int(tree.get(name, least)) for name, least in _LATER.items()
+            }
         except FileNotFoundError:
             return _NEW | _LATER
         except (ValueError, KeyError, TypeError, AttributeError) as error:

@@ -46,8 +46,10 @@ def load_settings(path: Path | None) -> Settings:
         path = next((place for place in PLACES if place.exists()), None)
         if path is None:
             places = " or ".join(f"./{place}" for place in PLACES)
-            raise NoStationError(f"no station file: looked for {places}; name one with --station FILE, "
-                                 "or start the simulation, which writes one")
+            raise NoStationError(
+                f"no station file: looked for {places}; name one with --station FILE, "
+                "or start the simulation, which writes one"
+            )
     try:
         tree = read_toml(path)
     except OSError as error:
@@ -55,8 +57,11 @@ def load_settings(path: Path | None) -> Settings:
     except TomlError as error:
         raise ConfigError(f"{path}: not valid TOML: {error}") from error
     settings = from_tree(Settings, tree, str(path))
-    beside = {name: str(path.parent / text) for name in ("command_keys", "downlink_key", "state", "archive", "contacts")
-              if (text := getattr(settings, name))}
+    beside = {
+        name: str(path.parent / text)
+        for name in ("command_keys", "downlink_key", "state", "archive", "contacts")
+        if (text := getattr(settings, name))
+    }
     return replace(settings, **beside)
 
 

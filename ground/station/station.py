@@ -53,8 +53,9 @@ class Station:
         self._memory = Memory(settings.state, settings.station)
         self._block = self._reserved(halts_utc_ns)
         kept = self._block.kept if settings.downlink_key else Kept(self._block.boot_id)  # a bench may restart its boots
-        self.session = Session(keys, settings.station, up_bps=settings.up_bps, kept=kept,
-                               schedule=self._schedule(halts_utc_ns is not None))
+        self.session = Session(
+            keys, settings.station, up_bps=settings.up_bps, kept=kept, schedule=self._schedule(halts_utc_ns is not None)
+        )
         self.session.only_halts = self._block.counter == self._block.counter_end
         self._use(self._block)
         self._unheard, self._last_halt, self._noted_ns, self._now_ns = 0, -1, 0, 0
@@ -157,9 +158,13 @@ class Station:
     @property
     def linked(self) -> bool:
         """True if the link has a peer now; on a link without sessions also while a halting command is retransmitted."""
-        return self._end.linked or (self._end.sends_unasked and any(
-            request.own and not request.state.final and commands.halts(request.payload)
-            for request in self.session.requester.requests.values()))
+        return self._end.linked or (
+            self._end.sends_unasked
+            and any(
+                request.own and not request.state.final and commands.halts(request.payload)
+                for request in self.session.requester.requests.values()
+            )
+        )
 
     def wait_open(self, limit_s: float, alone_s: float) -> None:
         """Probe until the link's carrier answers; without any peer only for `alone_s`. Raises StationError.
@@ -224,8 +229,16 @@ class Station:
         requests = self.session.requester.requests
         for request_id in sorted(requests.keys() - self._archived):
             asked = requests[request_id].telecommand
-            self._archive.add("requests", requests[request_id].made_ns, request_id, self.session.station, asked.name,
-                              json.dumps(asked.arguments), requests[request_id].payload, requests[request_id].asked_by)
+            self._archive.add(
+                "requests",
+                requests[request_id].made_ns,
+                request_id,
+                self.session.station,
+                asked.name,
+                json.dumps(asked.arguments),
+                requests[request_id].payload,
+                requests[request_id].asked_by,
+            )
             self._archived.add(request_id)
         self._archived &= requests.keys()  # requests that the session has forgotten
 
@@ -242,8 +255,9 @@ class Station:
             words = fate(one, session.boot_id, session.utc_ns + now_ns)
             report = Report(one.request_id, session.station, one.serial & 0xFF, State[one.state], 0, one.text)
             if words is not None:
-                ended = report._replace(serial=one.serial + 1 & 0xFF, state=State.FAILED, code=Code.RESTARTED,
-                                        text=words)
+                ended = report._replace(
+                    serial=one.serial + 1 & 0xFF, state=State.FAILED, code=Code.RESTARTED, text=words
+                )
                 news.append(ReportHeard(now_ns, one.name, ended))
                 continue
             with suppress(WireError):  # of an archive without payloads
@@ -259,8 +273,9 @@ class Station:
 
     def _log(self, at_ns: int, direction: str, verdict: str, datagram: bytes) -> None:
         short = len(datagram) < OVERHEAD
-        self._archive.add("datagrams", at_ns, direction, verdict, datagram,
-                          *((None, None) if short else numbers(datagram)))
+        self._archive.add(
+            "datagrams", at_ns, direction, verdict, datagram, *((None, None) if short else numbers(datagram))
+        )
 
     def _renew_block(self) -> None:
         session, block = self.session, self._block
@@ -276,8 +291,10 @@ class Station:
             if used_up:
                 session.only_halts = True
                 self._use(self._memory.unkept((session.utc_ns + self._now_ns) // _S))
-                session.texts.append(f"the numbers of this station cannot be kept: {error}; from now on it sends only "
-                                     "what stops the rover")
+                session.texts.append(
+                    f"the numbers of this station cannot be kept: {error}; from now on it sends only "
+                    "what stops the rover"
+                )
 
     def _keep(self, news: News) -> None:
         match news:
@@ -286,7 +303,17 @@ class Station:
             case EventHeard():
                 self._archive.add("events", *news, self.session.boot_id)
             case ReportHeard(at_ns, _, r):
-                self._archive.add("reports", at_ns, r.request_id, r.station, r.serial, r.state.name, r.code, r.text,
-                                  json.dumps(r.data), self.session.boot_id)
+                self._archive.add(
+                    "reports",
+                    at_ns,
+                    r.request_id,
+                    r.station,
+                    r.serial,
+                    r.state.name,
+                    r.code,
+                    r.text,
+                    json.dumps(r.data),
+                    self.session.boot_id,
+                )
             case ProductHeard(at_ns, p):
                 self._archive.add("products", at_ns, p.object_id, p.name, p.codec, p.data)

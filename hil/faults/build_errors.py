@@ -39,13 +39,20 @@ class BuildErrors:
     def built(self, drawing: Rover) -> Rover:
         """Rover as built, from its drawing."""
         x, y, z = self.lidar_m
-        mounted = {f"{unit}_{axis}_rad": angle for unit, angles in (("lidar", self.lidar_rad), ("imu", self.imu_rad))
-                   for axis, angle in zip(("roll", "pitch", "yaw"), angles)}  # fmt: skip
+        mounted = {
+            f"{unit}_{axis}_rad": angle
+            for unit, angles in (("lidar", self.lidar_rad), ("imu", self.imu_rad))
+            for axis, angle in zip(("roll", "pitch", "yaw"), angles)
+        }
         steered = {f"steer_{n}_offset_rad": angle for n, angle in enumerate(self.steer_rad, 1)}
         return replace(
-            drawing, wheel_radius_m=drawing.wheel_radius_m * self.wheel_radius_ratio,
-            lidar_x_m=drawing.lidar_x_m + x, lidar_y_m=drawing.lidar_y_m + y, lidar_z_m=drawing.lidar_z_m + z,
-            **mounted, **steered,
+            drawing,
+            wheel_radius_m=drawing.wheel_radius_m * self.wheel_radius_ratio,
+            lidar_x_m=drawing.lidar_x_m + x,
+            lidar_y_m=drawing.lidar_y_m + y,
+            lidar_z_m=drawing.lidar_z_m + z,
+            **mounted,
+            **steered,
         )
 
 
@@ -61,7 +68,9 @@ def drawn(seed: int) -> BuildErrors:
         return tuple((math.radians(sigma_deg) * rng.standard_normal(count)).tolist())
 
     return BuildErrors(
-        1.0 + 0.01 * float(rng.standard_normal()), angles(4, 1.5),  # type: ignore[arg-type]
+        1.0 + 0.01 * float(rng.standard_normal()),
+        angles(4, 1.5),  # type: ignore[arg-type]
         tuple((np.array([0.005, 0.001, 0.005]) * rng.standard_normal(3)).tolist()),
-        angles(3, 1.5), angles(3, 1.0),
-    )  # fmt: skip
+        angles(3, 1.5),
+        angles(3, 1.0),
+    )

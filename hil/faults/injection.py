@@ -87,6 +87,7 @@ def _nothing(_b: World, _p: Processes, _t: int) -> None:
 
 def _of_lidar(kind: str) -> Cause:
     """Fault of the emulated scanner, with its default value."""
+
     def begin(bench: World, _p: Processes, _t: int) -> None:
         bench.lidar.faults.begin(bench.lidar, kind)
 
@@ -125,7 +126,8 @@ def _of_disk(name: str) -> Cause:
 
 def _of_can(cause: CanCause) -> Cause:
     return Cause(
-        cause.means, lambda bench, _, target: cause.begin(bench.can, target),
+        cause.means,
+        lambda bench, _, target: cause.begin(bench.can, target),
         lambda bench, _, target: cause.heal(bench.can, target),
     )
 

@@ -124,23 +124,27 @@ def _udp(text: str, option: str) -> tuple[str, int]:
 def _list(path: Path, as_json: bool) -> None:
     loaded = {name: load_profile(name, path) for name in profile_names(path)}
     if as_json:
-        rows = [{"name": name, **{key: getattr(one, key) for key in one.__dataclass_fields__}}
-                for name, one in loaded.items()]  # fmt: skip
+        rows = [
+            {"name": name, **{key: getattr(one, key) for key in one.__dataclass_fields__}}
+            for name, one in loaded.items()
+        ]
         typer.echo(json.dumps(rows))
         return
     table = Table("name", "down / up, kbit/s", "one way, s", "loss", "beside", "stands for")
     for name, p in loaded.items():
-        table.add_row(name, f"{p.down_bps / 1e3:g} / {p.up_bps / 1e3:g}", f"{p.one_way_s:g}", f"{p.loss:.0%}",
-                      _beside(p), p.note)
+        table.add_row(
+            name, f"{p.down_bps / 1e3:g} / {p.up_bps / 1e3:g}", f"{p.one_way_s:g}", f"{p.loss:.0%}", _beside(p), p.note
+        )
     Console(width=None if sys.stdout.isatty() else 150).print(table)
 
 
 def _beside(p: Profile) -> str:
     parts = {
         f"shadows of {p.mean_bad_s:g} s, {p.mean_good_s:g} s apart": p.mean_bad_s,
-        f"blackouts of {p.blackout_length_s:g} s": p.blackout_length_s, f"{p.duplicate:.0%} twice": p.duplicate,
+        f"blackouts of {p.blackout_length_s:g} s": p.blackout_length_s,
+        f"{p.duplicate:.0%} twice": p.duplicate,
         f"{p.reorder:.0%} late": p.reorder,
-    }  # fmt: skip
+    }
     return ", ".join(text for text, there in parts.items() if there)
 
 

@@ -34,7 +34,9 @@ from protocol.link.datagrams import KEY_DOWN, KEY_UP, MAX_DATAGRAM
 
 NEVER = 2**62
 _RELIABLE: dict[str, Any] = {
-    "congestion_control": zenoh.CongestionControl.BLOCK, "reliability": zenoh.Reliability.RELIABLE, "express": True,
+    "congestion_control": zenoh.CongestionControl.BLOCK,
+    "reliability": zenoh.Reliability.RELIABLE,
+    "express": True,
 }
 
 
@@ -166,8 +168,10 @@ class LinkEmulator:
         while not all(side.ready for side in sides):
             self.serve_probes()
             if time.monotonic() > deadline_s:
-                raise LinkError(f"rover ready: {self.rover.ready}, ground ready: {self.ground.ready}; "
-                                  f"waited {limit_s:g} s for their probes")
+                raise LinkError(
+                    f"rover ready: {self.rover.ready}, ground ready: {self.ground.ready}; "
+                    f"waited {limit_s:g} s for their probes"
+                )
             time.sleep(0.001)
 
     def step(self, now_ns: int, channels: tuple[barrier.Channel, ...] = (), live: tuple[str, ...] = ()) -> int | None:
@@ -194,6 +198,7 @@ class LinkEmulator:
 
     def report(self) -> dict[str, Any]:
         """Per direction: datagrams in, lost by cause, out, and the SHA-256 of both streams."""
+
         def direction(model: Impairment, source: Side, target: Side) -> dict[str, Any]:
             return {**model.counts.report(), "in": source.taken.report(), "out": target.put_out.report()}
 

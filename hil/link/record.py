@@ -74,8 +74,10 @@ class Now:
         causes = ", ".join(f"{count} {cause.replace('_', ' ')}" for cause, count in self.lost.items() if count)
         lost = f"{sum(self.lost.values())} of {self.offered} lost" + (f" ({causes})" if causes else "")
         dark = "BLACKOUT, " if self.blackout else ""
-        return (f"{self.direction} {dark}{self.offered_bps / 1e3:.1f} kbit/s in, {self.delivered_bps / 1e3:.1f} out "
-                f"of {self.rate_bps / 1e3:g}, {lost}, {self.under_way} on the way")
+        return (
+            f"{self.direction} {dark}{self.offered_bps / 1e3:.1f} kbit/s in, {self.delivered_bps / 1e3:.1f} out "
+            f"of {self.rate_bps / 1e3:g}, {lost}, {self.under_way} on the way"
+        )
 
 
 class Meter:
@@ -94,6 +96,12 @@ class Meter:
         out_bytes += OVERHEAD_BYTES * (counts.delivered - self._before.delivered)
         self._before, self._before_ns = replace(counts), now_ns
         return Now(
-            self._direction, self._model.rate_bps, 8 * in_bytes / seconds, 8 * out_bytes / seconds,
-            counts.offered, counts.causes(), self._model.under_way, self._model.dark(now_ns),
-        )  # fmt: skip
+            self._direction,
+            self._model.rate_bps,
+            8 * in_bytes / seconds,
+            8 * out_bytes / seconds,
+            counts.offered,
+            counts.causes(),
+            self._model.under_way,
+            self._model.dark(now_ns),
+        )

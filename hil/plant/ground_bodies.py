@@ -79,8 +79,7 @@ class Ground:
         return body
 
     def cast_by(self, name: str) -> None:
-        """Cast rays by a row of rays.casters.CASTERS from now on. ValueError for another name or a missing package.
-        """
+        """Cast rays by a row of rays.casters.CASTERS from now on. ValueError for another name or a missing package."""
         if name != self._caster:
             self._rays, self._caster = ray_caster(name, self._field, self._client), name
 
@@ -101,4 +100,3 @@ def _blocks(rocks: tuple[Rock, ...]) -> list[list[Rock]]:
         groups[-1].append(rock)
         place = here
     return groups
-

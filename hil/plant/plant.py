@@ -91,9 +91,7 @@ class Plant:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "rover.urdf"
             path.write_text(urdf(self.rover))
-            self._body = pybullet.loadURDF(
-                str(path), flags=self.URDF_FLAGS, physicsClientId=self._client
-            )
+            self._body = pybullet.loadURDF(str(path), flags=self.URDF_FLAGS, physicsClientId=self._client)
         count = pybullet.getNumJoints(self._body, physicsClientId=self._client)
         joints = {
             pybullet.getJointInfo(self._body, k, physicsClientId=self._client)[1].decode(): k for k in range(count)
@@ -107,16 +105,29 @@ class Plant:
                 self._body, link, WHEEL if wheel else BODY, ROCK if wheel else SOIL | ROCK, physicsClientId=self._client
             )
             pybullet.changeDynamics(
-                self._body, link, linearDamping=0, angularDamping=0, jointDamping=0, restitution=0,
-                lateralFriction=1.0, activationState=pybullet.ACTIVATION_STATE_DISABLE_SLEEPING,
+                self._body,
+                link,
+                linearDamping=0,
+                angularDamping=0,
+                jointDamping=0,
+                restitution=0,
+                lateralFriction=1.0,
+                activationState=pybullet.ACTIVATION_STATE_DISABLE_SLEEPING,
                 physicsClientId=self._client,
             )
         pybullet.setJointMotorControlArray(
             self._body, self._rockers, pybullet.VELOCITY_CONTROL, forces=[0, 0], physicsClientId=self._client
         )
         gear = pybullet.createConstraint(
-            self._body, self._rockers[0], self._body, self._rockers[1], pybullet.JOINT_GEAR, [0, 1, 0], [0, 0, 0],
-            [0, 0, 0], physicsClientId=self._client,
+            self._body,
+            self._rockers[0],
+            self._body,
+            self._rockers[1],
+            pybullet.JOINT_GEAR,
+            [0, 1, 0],
+            [0, 0, 0],
+            [0, 0, 0],
+            physicsClientId=self._client,
         )
         pybullet.changeConstraint(gear, gearRatio=1, erp=0.8, maxForce=1e4, physicsClientId=self._client)
 
@@ -184,7 +195,10 @@ class Plant:
         self._motors(ticks_ns * 1e-9)
         body, wheels, client, dt_s = self._body, self._wheels, self._client, self._dt_s
         states, forces, push, advance = (
-            pybullet.getLinkStates, self._soil.step, pybullet.applyExternalForce, pybullet.stepSimulation,
+            pybullet.getLinkStates,
+            self._soil.step,
+            pybullet.applyExternalForce,
+            pybullet.stepSimulation,
         )
         contacts = []
         for _ in range(ticks_ns // self._step_ns):
@@ -207,12 +221,21 @@ class Plant:
                 self._rates[k] = 0.0
             self._angles[k] += min(max(drive.steer_rad - self._angles[k], -turn), turn)
         pybullet.setJointMotorControlArray(
-            self._body, self._wheels, pybullet.VELOCITY_CONTROL, targetVelocities=self._rates, forces=self._limits_nm,
+            self._body,
+            self._wheels,
+            pybullet.VELOCITY_CONTROL,
+            targetVelocities=self._rates,
+            forces=self._limits_nm,
             physicsClientId=self._client,
         )
         pybullet.setJointMotorControlArray(
-            self._body, self._steers, pybullet.POSITION_CONTROL, targetPositions=self._angles,
-            forces=[STEER_NM] * len(WHEELS), positionGains=[STEER_GAIN] * len(WHEELS), physicsClientId=self._client,
+            self._body,
+            self._steers,
+            pybullet.POSITION_CONTROL,
+            targetPositions=self._angles,
+            forces=[STEER_NM] * len(WHEELS),
+            positionGains=[STEER_GAIN] * len(WHEELS),
+            physicsClientId=self._client,
         )
 
     def _truth(self, tick_s: float, contacts: list) -> PlantState:
@@ -272,8 +295,10 @@ class Plant:
             raise PlantAbortError("the state is not a number")
         grid = self.field.grid
         edge = min(
-            x - grid.x0_m, grid.x0_m + (grid.columns - 1) * grid.cell_m - x,
-            y - grid.y0_m, grid.y0_m + (grid.rows - 1) * grid.cell_m - y,
+            x - grid.x0_m,
+            grid.x0_m + (grid.columns - 1) * grid.cell_m - x,
+            y - grid.y0_m,
+            grid.y0_m + (grid.rows - 1) * grid.cell_m - y,
         )
         if edge < FENCE_M:
             raise PlantAbortError(f"{edge:.2f} m from the field's edge at ({x:.2f}, {y:.2f})")

@@ -42,4 +42,3 @@ def slip(soil: str, slope_deg: float) -> float:
 def rolled_m(state: PlantState) -> float:
     """Mean way of the wheels, m."""
     return Rover().wheel_radius_m * float(np.mean([wheel.position_rad for wheel in state.wheels]))
-

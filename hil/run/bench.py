@@ -91,6 +91,7 @@ class Bench(World):
             self.hub.poll()
             self.lidar_server.poll()
             self._alive()
+
         self.barrier.gather(names, idle)
 
     def step(self) -> None:

@@ -194,8 +194,11 @@ def certificate(scenario: Scenario, result: RunResult) -> dict[str, Any]:
     link = {f"link_{d}_{end}": result.link[d][end] for d in ("down", "up") for end in ("in", "out") if d in result.link}
     config = json.dumps(flight, sort_keys=True).encode()
     return {
-        "scenario": scenario.name, "terrain": scenario.terrain, "seed": scenario.seed,
-        "flight": flight, "scenario_sha256": hashlib.sha256(config).hexdigest(),
+        "scenario": scenario.name,
+        "terrain": scenario.terrain,
+        "seed": scenario.seed,
+        "flight": flight,
+        "scenario_sha256": hashlib.sha256(config).hexdigest(),
         "versions": {"python": platform.python_version(), **{name: version(name) for name in _PACKAGES}},
         "machine": platform.machine(),
         "channels": {**result.streams, **link},

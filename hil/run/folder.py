@@ -26,8 +26,10 @@ def check(folder: Path) -> None:
     names = {path.name for path in folder.iterdir()}
     if names - {_LOCK} and not names & {MARKER, _OLD_MARK}:
         first = sorted(names - {_LOCK})[0]
-        raise ConfigError(f"{folder} holds `{first}`, and no run made it (there is no {MARKER}): a run would write "
-                          "over what is there; name another folder with --out")
+        raise ConfigError(
+            f"{folder} holds `{first}`, and no run made it (there is no {MARKER}): a run would write "
+            "over what is there; name another folder with --out"
+        )
 
 
 def cleared(folder: Path) -> None:

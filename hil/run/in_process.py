@@ -106,10 +106,15 @@ class InMemory(World):
     """
 
     def __init__(
-        self, scenario: Scenario, orders: Sequence[Order] | None = None, *,
-        ground: Field | None = None, step_ns: int = STEP_NS, built: BuiltRover | None = None,
+        self,
+        scenario: Scenario,
+        orders: Sequence[Order] | None = None,
+        *,
+        ground: Field | None = None,
+        step_ns: int = STEP_NS,
+        built: BuiltRover | None = None,
         record: Path | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         ground = ground or ground_of(scenario).field
         believed = load(None, flight_settings(scenario, ground.start)).rover
         super().__init__(ground, scenario.seed, built or believed, Truth(), step_ns, scenario.soil)
@@ -163,14 +168,16 @@ class InMemory(World):
         """Inputs of the tick; stamps are whole microseconds, as the barrier carries them."""
         pieces = self.lidar_says()
         return Inputs(
-            self.tick, now_ns,
+            self.tick,
+            now_ns,
             can_frames=tuple(f if f.stamp_ns % 1000 == 0 else _whole_us(f) for f in self.frames()),
             can=self._can_status(),
             lidar_chunks=tuple(Chunk(at_ns // 1000 * 1000, data) for at_ns, data in pieces or ()),
             lidar_state=PortState.CLOSED if pieces is None else PortState.OPEN,
             link_messages=self._link_says(now_ns),
             jobs=self._jobs.take(self._jobs.due(self.tick - self.wires.jobs_late_ticks)),
-            saved=self._kept(), health=Health(slipped_ticks=self.computer.left_out),
+            saved=self._kept(),
+            health=Health(slipped_ticks=self.computer.left_out),
             machine=self.computer.says(self.tick),
             record=self._recorder.status if self._recorder else RecordStatus(),
         )
@@ -207,8 +214,7 @@ class InMemory(World):
 
     @property
     def ended(self) -> bool:
-        """True at the scenario's end time, else when the outcome of every command is known; at the latest at its limit.
-        """
+        """True at the scenario's end time, else when each command's outcome is known; at the latest at its limit."""
         now_s = self.tick * TICK_NS / 1e9
         if self.scenario.end_s:
             return now_s >= self.scenario.end_s
@@ -228,9 +234,17 @@ class InMemory(World):
             self.free()
         p = self.progress
         return Flight(
-            self.tick * TICK_NS / 1e9, p.distance_to_goal_m, p.way_m, p.sweeps, tuple(self.truth.contacts),
-            tuple(self.events), self.operator.requests, tuple(self._injector.log),
-            {name: stream.report() for name, stream in self.streams.items()}, self.truth.sha256(), error,
+            self.tick * TICK_NS / 1e9,
+            p.distance_to_goal_m,
+            p.way_m,
+            p.sweeps,
+            tuple(self.truth.contacts),
+            tuple(self.events),
+            self.operator.requests,
+            tuple(self._injector.log),
+            {name: stream.report() for name, stream in self.streams.items()},
+            self.truth.sha256(),
+            error,
             equipment(self),
         )
 

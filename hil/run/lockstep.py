@@ -38,9 +38,7 @@ class Participant:
         self._receiver = receiver
         self._waiting_for: int | None = None
 
-    def begin(
-        self, number: int, now_ns: int, channels: tuple[Channel, ...], machine: tuple[float, ...] = ()
-    ) -> None:
+    def begin(self, number: int, now_ns: int, channels: tuple[Channel, ...], machine: tuple[float, ...] = ()) -> None:
         """Send TICK: the participant runs this tick."""
         self._waiting_for = number
         try:

@@ -29,8 +29,19 @@ if TYPE_CHECKING:
     from hil.world.world import Progress
 
 SHOWN = (
-    "goal_reached", "outcome", "distance_to_goal_m", "collisions", "scans", "replans", "way_m", "bench_s", "rtf",
-    "replay", "link_datagrams", "link_lost", "onboard_peak_rss_mb",
+    "goal_reached",
+    "outcome",
+    "distance_to_goal_m",
+    "collisions",
+    "scans",
+    "replans",
+    "way_m",
+    "bench_s",
+    "rtf",
+    "replay",
+    "link_datagrams",
+    "link_lost",
+    "onboard_peak_rss_mb",
 )
 EX_OK, EX_FAILED, EX_INTERRUPTED = 0, 1, 130
 EX_DATA, EX_NOINPUT, EX_UNAVAILABLE, EX_SOFTWARE, EX_CONFIG = 65, 66, 69, 70, 78
@@ -52,7 +63,9 @@ def line(progress: Progress, wall_s: float, live: bool = False) -> Text:
     contacts = f"  contacts {len(progress.contacts)}" if progress.contacts else ""
     return Text(
         f"{progress.now_s:6.1f} s  x{rtf:4.1f}  {doing:8}  scan {progress.sweeps:2d}  driven {progress.way_m:4.1f} m  "
-        + ("" if live else f"to go {progress.distance_to_goal_m:5.2f} m  ") + link + contacts
+        + ("" if live else f"to go {progress.distance_to_goal_m:5.2f} m  ")
+        + link
+        + contacts
     )
 
 
@@ -70,6 +83,7 @@ class Watch:
     def showing(self, first: str) -> Iterator[Callable[[Progress, float], None]]:
         """Yield the function that a run calls with its progress and the wall time since its start, s."""
         with status(self._console, Text(first)) as tell:
+
             def show(progress: Progress, wall_s: float) -> None:
                 self.contacts = progress.contacts
                 for contact in self.contacts[self._shown :]:

@@ -44,7 +44,11 @@ class Processes:
         self._may_end: dict[str, int] = {}
 
     def start(
-        self, name: str, module: str, arguments: Sequence[str], variables: Mapping[str, str] | None = None,
+        self,
+        name: str,
+        module: str,
+        arguments: Sequence[str],
+        variables: Mapping[str, str] | None = None,
         python: str = "",
     ) -> None:
         """Run `python -m module arguments`; its output goes to FOLDER/name.log.
@@ -56,7 +60,9 @@ class Processes:
         with log:
             self._children[name] = subprocess.Popen(
                 [python or sys.executable, "-m", module, *arguments],
-                stdout=log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                stdin=subprocess.DEVNULL,
                 env={**environment(), **(variables or {})},
                 start_new_session=True,  # Ctrl-C reaches only the bench, which ends the others in order
                 preexec_fn=_end_with_parent,

@@ -51,9 +51,15 @@ class MixedBench(World):
     """World in real time. Raises NoInterfaceError if the named CAN interface cannot be opened."""
 
     def __init__(
-        self, ground: Field, seed: int, rover: Rover, truth: Truth, real: Real, fitting: Fitting = Fitting(),  # noqa: B008
+        self,
+        ground: Field,
+        seed: int,
+        rover: Rover,
+        truth: Truth,
+        real: Real,
+        fitting: Fitting = Fitting(),  # noqa: B008
         soil: str = "nominal",
-    ) -> None:  # fmt: skip
+    ) -> None:
         super().__init__(ground, seed, rover, truth, soil=soil)
         self.fit(fitting)
         self._real = real
@@ -148,15 +154,31 @@ def fly(scenario: Scenario, folder: Path, real: Real, tell: Callable[[Progress, 
     with ExitStack() as stack:
         stack.callback(bench.close)
         processes = stack.enter_context(Processes(folder))
-        processes.start("link", "hil", [
-            "link", "--profile", scenario.link, "--seed", str(scenario.seed), "--rover", rover_side,
-            "--ground", ground_side,
-        ])
+        processes.start(
+            "link",
+            "hil",
+            [
+                "link",
+                "--profile",
+                scenario.link,
+                "--seed",
+                str(scenario.seed),
+                "--rover",
+                rover_side,
+                "--ground",
+                ground_side,
+            ],
+        )
         settings = {
-            **paths_in(folder, flight_settings(scenario, bench.start)), "link.bench_seed": -1,
+            **paths_in(folder, flight_settings(scenario, bench.start)),
+            "link.bench_seed": -1,
             "link.endpoint": rover_side,
-            "link.command_keys": str(up), "link.downlink_key": str(down), "state.folder": str(state),
-            "mission.gdem": str(folder / "gdem.npz"), "record.path": str(folder / "onboard.mcap"), **bench.addresses,
+            "link.command_keys": str(up),
+            "link.downlink_key": str(down),
+            "state.folder": str(state),
+            "mission.gdem": str(folder / "gdem.npz"),
+            "record.path": str(folder / "onboard.mcap"),
+            **bench.addresses,
         }
         processes.start("onboard", "onboard", ["run", *set_words(settings)])
         (folder / "ground.toml").write_text(

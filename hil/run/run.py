@@ -83,7 +83,11 @@ class RunResult:
 
 
 def run(
-    scenario: Scenario, folder: Path, progress: Callable[[Progress, float], None], *, pace: float = 0.0,
+    scenario: Scenario,
+    folder: Path,
+    progress: Callable[[Progress, float], None],
+    *,
+    pace: float = 0.0,
     onboard_python: str = "",
 ) -> RunResult:
     """Run to the end of the operator's script. pace 0: as fast as possible; 1: real time, overruns are counted.
@@ -124,12 +128,26 @@ def run(
         error = error or _bad_ends(cut, codes, processes)
     report = folder / "link.json"
     return RunResult(
-        folder, accepted, bench.tick * TICK_NS / 1e9, wall_s,
-        bench.progress.distance_to_goal_m, linear.norm(bench.state.velocity_mps), tuple(truth.contacts),
+        folder,
+        accepted,
+        bench.tick * TICK_NS / 1e9,
+        wall_s,
+        bench.progress.distance_to_goal_m,
+        linear.norm(bench.state.velocity_mps),
+        tuple(truth.contacts),
         bench.progress.sweeps,
-        {name: stream.report() for name, stream in bench.streams.items()}, truth.states, truth.sha256(),
-        json.loads(report.read_text()) if report.exists() else {}, bench.ground_code, tuple(injector.log),
-        bench.progress.way_m, rss_bytes, bench.progress.overruns, tuple(bench.laps_ms), equipment(bench), error,
+        {name: stream.report() for name, stream in bench.streams.items()},
+        truth.states,
+        truth.sha256(),
+        json.loads(report.read_text()) if report.exists() else {},
+        bench.ground_code,
+        tuple(injector.log),
+        bench.progress.way_m,
+        rss_bytes,
+        bench.progress.overruns,
+        tuple(bench.laps_ms),
+        equipment(bench),
+        error,
     )
 
 
@@ -138,13 +156,29 @@ def _start(scenario: Scenario, folder: Path, bench: Bench, processes: Processes,
     rover_side, ground_side = (f"tcp/127.0.0.1:{port}" for port in free_ports(2))
     barrier = ("--barrier", bench.barrier.address)
     write_station(folder / "ground.toml", ground_side, scenario.seed)
-    processes.start("link", "hil", [
-        "link", "--profile", scenario.link, "--profiles", str(_profiles(scenario, folder)),
-        "--seed", str(scenario.seed),
-        "--rover", rover_side, "--ground", ground_side, "--report", str(folder / "link.json"), *barrier,
-        "--record", str(folder / "link.csv"),
-        *(("--real-time",) if scenario.live else ()),
-    ])
+    processes.start(
+        "link",
+        "hil",
+        [
+            "link",
+            "--profile",
+            scenario.link,
+            "--profiles",
+            str(_profiles(scenario, folder)),
+            "--seed",
+            str(scenario.seed),
+            "--rover",
+            rover_side,
+            "--ground",
+            ground_side,
+            "--report",
+            str(folder / "link.json"),
+            *barrier,
+            "--record",
+            str(folder / "link.csv"),
+            *(("--real-time",) if scenario.live else ()),
+        ],
+    )
     settings = _settings(scenario, folder, bench, rover_side)
     processes.start("onboard", "onboard", ["run", *settings], python=onboard_python)
     if scenario.live:
@@ -156,9 +190,13 @@ def _start(scenario: Scenario, folder: Path, bench: Bench, processes: Processes,
 
 def _settings(scenario: Scenario, folder: Path, bench: Bench, rover_side: str) -> list[str]:
     settings = {
-        "clock.mode": "lockstep", "clock.barrier": bench.barrier.address, "can.uri": bench.hub.uri,
-        "lidar.address": bench.lidar_server.address, "link.endpoint": rover_side,
-        "mission.gdem": str(folder / "gdem.npz"), "record.path": str(folder / "onboard.mcap"),
+        "clock.mode": "lockstep",
+        "clock.barrier": bench.barrier.address,
+        "can.uri": bench.hub.uri,
+        "lidar.address": bench.lidar_server.address,
+        "link.endpoint": rover_side,
+        "mission.gdem": str(folder / "gdem.npz"),
+        "record.path": str(folder / "onboard.mcap"),
         **paths_in(folder, flight_settings(scenario, bench.start)),
     }
     if scenario.live or any(fault.fault == "onboard_restarted" for fault in scenario.faults):
@@ -183,8 +221,13 @@ def write_station(path: Path, endpoint: str, seed: int) -> None:
 
 
 def _loop(
-    scenario: Scenario, bench: Bench, processes: Processes, injector: Injector,
-    progress: Callable[[Progress, float], None], pace: float, folder: Path,
+    scenario: Scenario,
+    bench: Bench,
+    processes: Processes,
+    injector: Injector,
+    progress: Callable[[Progress, float], None],
+    pace: float,
+    folder: Path,
 ) -> None:
     started = shown = time.monotonic()
     while not _ended(scenario, bench):
@@ -236,7 +279,8 @@ def _bad_ends(cut: bool, codes: dict[str, int], processes: Processes) -> str:
     good = {"ground": (0, FAILED, UNFINISHED) if cut else (0, FAILED)}
     return "\n".join(
         f"{name} ended with {code}:\n{processes.tail(name)}"
-        for name, code in codes.items() if code not in good.get(name, (0,)) and not processes.killed(name)
+        for name, code in codes.items()
+        if code not in good.get(name, (0,)) and not processes.killed(name)
     )
 
 

@@ -96,8 +96,9 @@ class Watcher:
         raised = None if since is None else self._active[row].began(since)
         if since is None or raised is None:
             return Answer(row, _seconds(since), -1.0, -1.0, response)
-        taken = {step: (self._told[row] if step is Step.REPORT else self._steps[step]).held(raised)
-                 for step in response}  # fmt: skip
+        taken = {
+            step: (self._told[row] if step is Step.REPORT else self._steps[step]).held(raised) for step in response
+        }
         missing = tuple(step for step, tick in taken.items() if tick is None)
         at_once = [tick for step, tick in taken.items() if tick is not None and step in AT_ONCE]
         return Answer(row, _seconds(since), _seconds(raised), _seconds(max([raised, *at_once])), missing)

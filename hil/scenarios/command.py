@@ -24,12 +24,21 @@ from onboard.config import ConfigError, load, parse_override
 from protocol.visible import visible
 
 Name = Annotated[str, typer.Argument(metavar="SCENARIO", help="A name of `hil list`, or a TOML file.")]
-LidarOption = Annotated[list[str] | None, typer.Option(
-    metavar="KEY=VALUE", help="Of the scanner, over the scenario's [lidar] (docs/sensors.md); or a profile: ideal.",
-)]
-SetOption = Annotated[list[str] | None, typer.Option(
-    "--set", metavar="KEY=VALUE", help="Of the flight program, over the scenario's [set]; paths from this folder.",
-)]
+LidarOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="KEY=VALUE",
+        help="Of the scanner, over the scenario's [lidar] (docs/sensors.md); or a profile: ideal.",
+    ),
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Of the flight program, over the scenario's [set]; paths from this folder.",
+    ),
+]
 AsJson = Annotated[bool, typer.Option("--json", help="As JSON.")]
 
 

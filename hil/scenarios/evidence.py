@@ -76,8 +76,10 @@ class Sight:
             elif can_id == TILT_COMMAND:
                 self.tilt_mode = TiltMode(TABLE[can_id].decode(data).mode)
         self._follow_jobs(inputs, outputs)
-        self.halted = any(m.accepted and m.kind == Kind.TELECOMMAND and decode(m.payload).name in HALTING
-                          for m in inputs.link_messages)  # fmt: skip
+        self.halted = any(
+            m.accepted and m.kind == Kind.TELECOMMAND and decode(m.payload).name in HALTING
+            for m in inputs.link_messages
+        )
         if any(kind == Kind.MAVLINK and ROVER_STATE in _messages(data) for kind, data in outputs.link_payloads):
             self.told_ns = self.now_ns
         self._turns_radps.append(rover.localisation.yaw_rate_radps)
@@ -167,8 +169,9 @@ SHOWS: Mapping[Step, Callable[[Sight], bool]] = MappingProxyType({
 """REPORT is seen by its event. SAFE_OVER_LIMIT is not here: it follows only where the tries are used up, and then the
 scenario says so: `mode = "SAFE"`."""
 
-AT_ONCE = frozenset({Step.STOP, Step.SLOW, Step.SAFE, Step.ESTOP, Step.RESTART_BUS, Step.IGNORE, Step.REPORT,
-                     Step.OBEY, Step.GIVE_UP})
+AT_ONCE = frozenset(
+    {Step.STOP, Step.SLOW, Step.SAFE, Step.ESTOP, Step.RESTART_BUS, Step.IGNORE, Step.REPORT, Step.OBEY, Step.GIVE_UP}
+)
 """Steps that the tick's outputs hold; the others take their time, and must come before the run ends."""
 
 

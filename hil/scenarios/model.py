@@ -29,8 +29,15 @@ from onboard.toml_text import TomlError, read_toml, shown
 
 WHEN = ("time", "sweep", "drive")
 LAG_GOAL_NS = 200_000  # `onboard lidar lag` is accurate to this
-PATHS = ("record.path", "mapping.folder", "state.folder", "mission.gdem", "link.command_keys", "link.downlink_key",
-         "status.socket")  # of the flight program's values: files and folders
+PATHS = (
+    "record.path",
+    "mapping.folder",
+    "state.folder",
+    "mission.gdem",
+    "link.command_keys",
+    "link.downlink_key",
+    "status.socket",
+)  # of the flight program's values: files and folders
 _NO_PATH = {"status.socket": ("auto", "off")}
 _NAME = re.compile(r"\w[\w .+-]{0,99}")
 _WORD = re.compile(r"\{(goal_x|goal_y)\}")
@@ -126,21 +133,28 @@ def _numbers(items: Any, counts: tuple[int, ...], what: str) -> tuple[float, ...
 def _refuse(name: str, script: str, settings: Mapping[str, Any], where: str) -> None:
     """Reject a file that names a run folder outside the runs' folder or writes there. Raises ConfigError."""
     if not _NAME.fullmatch(name):
-        raise ConfigError(f"{where}: `name` = {name!r} should be letters, digits, spaces and . + - _, 100 at most, and "
-                          "begin with a letter or digit: the run's folder is called so")
+        raise ConfigError(
+            f"{where}: `name` = {name!r} should be letters, digits, spaces and . + - _, 100 at most, and "
+            "begin with a letter or digit: the run's folder is called so"
+        )
     if any(sign in _WORD.sub("", script) for sign in "{}"):
         raise ConfigError(f"{where}: `script` may use {{goal_x}} and {{goal_y}}, and no other braces")
     for key in PATHS:
         place = settings.get(key, "")
         if place and (Path(place).is_absolute() or ".." in Path(place).parts or place[0] == "~" or "\0" in place):
-            raise ConfigError(f"{where}: [set] `{key}` = {place!r} leads out of the run's folder; name a place in it, "
-                              f"or give it on the command line: hil run --set {key}={place}")
+            raise ConfigError(
+                f"{where}: [set] `{key}` = {place!r} leads out of the run's folder; name a place in it, "
+                f"or give it on the command line: hil run --set {key}={place}"
+            )
 
 
 def paths_in(folder: Path, settings: Mapping[str, Any]) -> dict[str, Any]:
     """Settings with their relative paths resolved against the folder of a run."""
-    places = {key: str((folder / settings[key]).absolute()) for key in PATHS
-              if settings.get(key, "") not in ("", *_NO_PATH.get(key, ()))}  # fmt: skip
+    places = {
+        key: str((folder / settings[key]).absolute())
+        for key in PATHS
+        if settings.get(key, "") not in ("", *_NO_PATH.get(key, ()))
+    }
     return {**settings, **places}
 
 
@@ -150,8 +164,10 @@ def _terrain(name: str, path: Path) -> str:
         return name
     if not name.endswith(".npz"):
         near = difflib.get_close_matches(name, GROUNDS, n=1)
-        raise ConfigError(f"{path}: `terrain` = {name!r} should be one of {', '.join(GROUNDS)}, or a file.npz"
-                          + (f"; did you mean {near[0]!r}?" if near else ""))
+        raise ConfigError(
+            f"{path}: `terrain` = {name!r} should be one of {', '.join(GROUNDS)}, or a file.npz"
+            + (f"; did you mean {near[0]!r}?" if near else "")
+        )
     file = path.parent / name
     if not file.is_file():
         raise ConfigError(f"{path}: `terrain`: no such file: {file}")
@@ -164,10 +180,12 @@ def scenario_of(tree: Mapping[str, Any]) -> Scenario:
     Certificates from before the table [lidar] existed used the ideal scanner.
     """
     parts = {
-        "faults": tuple(Injection(**row) for row in tree["faults"]), "set": dict(tree["set"]),
+        "faults": tuple(Injection(**row) for row in tree["faults"]),
+        "set": dict(tree["set"]),
         "expect": Expect(**{k: tuple(v) if isinstance(v, list) else v for k, v in tree["expect"].items()}),
-        **{key: tuple(tree[key]) for key, *_ in _NUMBERS}, "lidar": tree.get("lidar", {"profile": "ideal"}),
-    }  # fmt: skip
+        **{key: tuple(tree[key]) for key, *_ in _NUMBERS},
+        "lidar": tree.get("lidar", {"profile": "ideal"}),
+    }
     scenario = Scenario(**{**tree, **parts})
     _refuse(scenario.name, scenario.script, scenario.set, "certificate")
     load(None, scenario.set, "certificate: [set]")
@@ -231,10 +249,13 @@ def flight_settings(scenario: Scenario, start: Pose) -> dict[str, Any]:
     start: true pose of the rover after settling (`World.start`), not the pose at which it was placed.
     """
     return {
-        "localisation.start_x_m": start.x_m, "localisation.start_y_m": start.y_m,
-        "localisation.start_yaw_rad": start.yaw_rad, "link.bench_seed": scenario.seed,
+        "localisation.start_x_m": start.x_m,
+        "localisation.start_y_m": start.y_m,
+        "localisation.start_yaw_rad": start.yaw_rad,
+        "link.bench_seed": scenario.seed,
         "link.rate_bps": load_profile(scenario.link).down_bps,
-        **measured_latency(scanner_of(scenario.lidar).applied()), **scenario.set,
+        **measured_latency(scanner_of(scenario.lidar).applied()),
+        **scenario.set,
     }
 
 

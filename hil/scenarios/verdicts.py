@@ -1,11 +1,11 @@
 """Promises of a scenario and the judgement of a run: Expect + Facts -> verdicts.
 
-    ends      goal: the rover stands at the goal and reported its arrival; stopped: it stands; anyhow
-    touched   body or wheels were in contact with an obstacle
-    raises    rows of the fault table that must be reported, and no others but `may_raise`
-    detects   rows of the fault table whose time and steps are judged: this run tests them
-    seen      each injection changed a byte on a wire, or the plant, soon after its time: against a run without it
-    died      a process ended that no fault of the scenario kills
+ends      goal: the rover stands at the goal and reported its arrival; stopped: it stands; anyhow
+touched   body or wheels were in contact with an obstacle
+raises    rows of the fault table that must be reported, and no others but `may_raise`
+detects   rows of the fault table whose time and steps are judged: this run tests them
+seen      each injection changed a byte on a wire, or the plant, soon after its time: against a run without it
+died      a process ended that no fault of the scenario kills
 """
 
 from __future__ import annotations

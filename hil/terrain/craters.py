@@ -95,8 +95,7 @@ def profile_m(diameter_m: float, distance_m: F64, wear: float = 0.0) -> F64:
 
 
 def draw_craters(grid: Grid, law: CraterLaw, rng: np.random.Generator) -> tuple[Crater, ...]:
-    """Craters with centres on the grid or up to the largest diameter outside it, so that its borders are like the rest.
-    """
+    """Craters with centres on the grid or up to the largest diameter outside it: its borders are like the rest."""
     margin = law.largest_m
     width, height = grid.columns * grid.cell_m + 2 * margin, grid.rows * grid.cell_m + 2 * margin
     diameters = law.diameters_m(width * height, rng)

@@ -1,7 +1,7 @@
 """True ground of a run as the bytes of an .npz, for reports and for repeated runs; onboard never reads it.
 
-    truth_heights_m  (rows, columns) float32, top of soil and rocks    x0_m y0_m cell_m   centre of cell (0, 0), size
-    start            (3,) x, y, yaw      goal (2,) x, y                rocks              (n, 3) x, y, diameter
+truth_heights_m  (rows, columns) float32, top of soil and rocks    x0_m y0_m cell_m   centre of cell (0, 0), size
+start            (3,) x, y, yaw      goal (2,) x, y                rocks              (n, 3) x, y, diameter
 """
 
 from __future__ import annotations

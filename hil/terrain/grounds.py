@@ -53,6 +53,10 @@ def _as_built(make: Callable[[int], Field]) -> Callable[[int], Accepted]:
 
 
 GROUNDS: Mapping[str, Callable[[int], Accepted]] = {
-    "fbm": demo_field, "craters": crater_field, "real": real_field, "flat": flat_field, "yard": yard_field,
+    "fbm": demo_field,
+    "craters": crater_field,
+    "real": real_field,
+    "flat": flat_field,
+    "yard": yard_field,
     **{name: _as_built(make) for name, make in BUILT.items()},
 }

@@ -44,7 +44,15 @@ class HeightField:
         ranges_m = np.empty(len(ways))
         grid = self.grid
         _heightfield.cast_into(
-            self.heights_m, self.top_m, self.tile_top_m, grid.x0_m, grid.y0_m, grid.cell_m, origin, ways, range_m,
+            self.heights_m,
+            self.top_m,
+            self.tile_top_m,
+            grid.x0_m,
+            grid.y0_m,
+            grid.cell_m,
+            origin,
+            ways,
+            range_m,
             ranges_m,
         )
         return ranges_m

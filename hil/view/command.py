@@ -69,6 +69,7 @@ def _wait_for(folder: Path) -> None:
 
 def _serve(folder: Path, port: int) -> None:
     from hil.view.folder import Folder
+
     found = Folder(folder)  # first: the viewer takes a second to load
     from hil.view.serve import serve
 

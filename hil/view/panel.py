@@ -24,8 +24,7 @@ LEGEND = (
 
 
 class Panel:
-    """Controls and texts. The server's threads put clicks into `clicks`; the loop, which owns the player, takes them.
-    """
+    """Controls and texts. The server's threads put clicks into `clicks`; the loop takes them and owns the player."""
 
     def __init__(self, gui: GuiApi, scene: Scene, live: bool) -> None:
         self.clicks: SimpleQueue[Callable[[Player, float], None]] = SimpleQueue()
@@ -55,7 +54,8 @@ class Panel:
         self._hold.on_click(lambda _: put(lambda player, end_s: player.toggle(end_s)))
         self._speed.on_update(lambda event: put(lambda player, _: setattr(player, "speed", float(event.target.value))))
         self._live.on_update(
-            lambda event: event.client is not None and put(lambda player, _: player.follow(event.target.value)))
+            lambda event: event.client is not None and put(lambda player, _: player.follow(event.target.value))
+        )
         for name, box in self._layers.items():
             box.on_update(lambda event, name=name: setattr(self._scene.nodes[name], "visible", event.target.value))
 

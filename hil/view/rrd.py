@@ -17,7 +17,12 @@ from onboard.records import F64
 TIMELINE = "bench"
 LEVELS = {"debug": "DEBUG", "warning": "WARN", "error": "ERROR", "critical": "CRITICAL", "fault": "ERROR"}
 ORANGE, BLACK, BLUE, PURPLE, PINK, RED = (
-    (236, 120, 24), (20, 20, 20), (0, 114, 178), (122, 45, 143), (214, 39, 180), (213, 60, 30),
+    (236, 120, 24),
+    (20, 20, 20),
+    (0, 114, 178),
+    (122, 45, 143),
+    (214, 39, 180),
+    (213, 60, 30),
 )
 
 
@@ -42,7 +47,8 @@ def write(folder: Path, path: Path) -> None:
 
 def _mesh(surface: Surface) -> rr.Mesh3D:
     return rr.Mesh3D(
-        vertex_positions=surface.vertices_m, triangle_indices=surface.triangles, vertex_colors=surface.colours)
+        vertex_positions=surface.vertices_m, triangle_indices=surface.triangles, vertex_colors=surface.colours
+    )
 
 
 def _rover(stream: rr.RecordingStream, rover: Rover) -> None:
@@ -50,11 +56,13 @@ def _rover(stream: rr.RecordingStream, rover: Rover) -> None:
         boxes = part.boxes
         if part.is_wheel:
             size = (2 * rover.wheel_radius_m, rover.wheel_width_m, 2 * rover.wheel_radius_m)
-            stream.log(f"/rover/{part.path}", rr.Ellipsoids3D(half_sizes=[np.array(size) / 2], colors=BLACK),
-                       static=True)
+            stream.log(
+                f"/rover/{part.path}", rr.Ellipsoids3D(half_sizes=[np.array(size) / 2], colors=BLACK), static=True
+            )
         elif boxes:
-            shape = rr.Boxes3D(centers=[b.centre_m for b in boxes], sizes=[b.size_m for b in boxes], colors=ORANGE,
-                               fill_mode="solid")
+            shape = rr.Boxes3D(
+                centers=[b.centre_m for b in boxes], sizes=[b.size_m for b in boxes], colors=ORANGE, fill_mode="solid"
+            )
             stream.log(f"/rover/{part.path}", shape, static=True)
 
 

@@ -1,11 +1,11 @@
 """Scene in the browser: created once from the ground, then updated to any instant of the run. z is up.
 
-    /ground /goal                          true ground; a trench appears at its time
-    /rover/chassis/rocker_left/steer_1/... the rover's parts, each turned about its joint
-    /scan/points /scan/rays                hits of the rays of the running sweep, and the rays of the last turn
-    /map/surface                           the flight program's map at its last stop, in the colours of the node sets
-    /paths/driven /paths/believed          paths so far: true, and estimated by the flight program
-    /paths/global /paths/local /paths/next its last plan: whole path, current leg, next scan position
+/ground /goal                          true ground; a trench appears at its time
+/rover/chassis/rocker_left/steer_1/... the rover's parts, each turned about its joint
+/scan/points /scan/rays                hits of the rays of the running sweep, and the rays of the last turn
+/map/surface                           the flight program's map at its last stop, in the colours of the node sets
+/paths/driven /paths/believed          paths so far: true, and estimated by the flight program
+/paths/global /paths/local /paths/next its last plan: whole path, current leg, next scan position
 """
 
 from __future__ import annotations
@@ -74,8 +74,12 @@ class Scene:
     def _mesh(self, name: str, surface: Surface, opacity: float = 1.0) -> None:
         alpha = np.full((*surface.texture.shape[:2], 1), round(255 * opacity), np.uint8)
         image = Image.fromarray(np.dstack((surface.texture, alpha))[::-1])  # an image begins with its uppermost row
-        matt = PBRMaterial(baseColorTexture=image, metallicFactor=0.0, roughnessFactor=1.0,
-                           alphaMode="OPAQUE" if opacity == 1.0 else "BLEND")
+        matt = PBRMaterial(
+            baseColorTexture=image,
+            metallicFactor=0.0,
+            roughnessFactor=1.0,
+            alphaMode="OPAQUE" if opacity == 1.0 else "BLEND",
+        )
         visual = TextureVisuals(surface.uv, material=matt)
         mesh = trimesh.Trimesh(surface.vertices_m, surface.triangles, process=False, visual=visual)
         self.nodes[name] = self._api.add_mesh_trimesh(name, mesh)
@@ -96,8 +100,15 @@ class Scene:
             api.add_box(f"{name}/box_{k}", colour, box.size_m, position=box.centre_m)
         if part.is_wheel:
             lying = about((1.0, 0.0, 0.0), np.pi / 2)
-            api.add_cylinder(f"{name}/tyre", rover.wheel_radius_m, rover.wheel_width_m, DARK, radial_segments=24,
-                             flat_shading=True, wxyz=lying)
+            api.add_cylinder(
+                f"{name}/tyre",
+                rover.wheel_radius_m,
+                rover.wheel_width_m,
+                DARK,
+                radial_segments=24,
+                flat_shading=True,
+                wxyz=lying,
+            )
             for k, size in enumerate(((1.7, 0.3), (0.3, 1.7))):  # a cross that makes the rotation visible
                 size_m = (size[0] * rover.wheel_radius_m, rover.wheel_width_m + 0.012, size[1] * rover.wheel_radius_m)
                 api.add_box(f"{name}/spoke_{k}", LIGHT, size_m)
@@ -132,11 +143,13 @@ class Scene:
         if len(points) == 0:
             return
         self.nodes["/scan/points"] = self._api.add_point_cloud(
-            "/scan/points", points, POINT, point_size=0.025, point_shape="circle", precision="float32")
+            "/scan/points", points, POINT, point_size=0.025, point_shape="circle", precision="float32"
+        )
         ends = turns[-1].points_m[::RAYS_EVERY]
         rays = np.stack((np.broadcast_to(turns[-1].origin_m, ends.shape), ends), axis=1)
         self.nodes["/scan/rays"] = self._api.add_line_segments(
-            "/scan/rays", rays, RAY, thickness=1.0, thickness_units="screen")
+            "/scan/rays", rays, RAY, thickness=1.0, thickness_units="screen"
+        )
 
     def _plan(self, instant: Instant) -> None:
         plan = instant.plan
@@ -163,7 +176,8 @@ class Scene:
         self._remove(name)
         if pieces is not None:
             self.nodes[name] = self._api.add_line_segments(
-                name, pieces, colour, thickness=width, thickness_units="screen")
+                name, pieces, colour, thickness=width, thickness_units="screen"
+            )
 
     def _same(self, name: str, key: object) -> bool:
         """True if this key is already shown; stores the key."""

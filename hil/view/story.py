@@ -151,9 +151,15 @@ class Story:
         moment = self.moments[max(0, _until(self.moments, time_s) - 1)]
         plans, told = _until(self.plans, time_s), _until(self.told, time_s)
         return Instant(
-            time_s, moment, self._turns(time_s), self.plans[plans - 1][1] if plans else None, plans,
-            tuple(self.told[max(0, told - TOLD) : told]), self._lasting(time_s),
-            self.way.until(time_s), self.believed_way.until(time_s),
+            time_s,
+            moment,
+            self._turns(time_s),
+            self.plans[plans - 1][1] if plans else None,
+            plans,
+            tuple(self.told[max(0, told - TOLD) : told]),
+            self._lasting(time_s),
+            self.way.until(time_s),
+            self.believed_way.until(time_s),
             tuple(patch for _, patch in self.patches[: _until(self.patches, time_s)]),
         )
 

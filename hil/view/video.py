@@ -49,8 +49,7 @@ def drawn(ground: TrueGround) -> Ground:
 
 
 def shots(run: Folder, rover: Rover) -> Iterator[Shot]:
-    """One shot every SPEED / FRAMES_A_SECOND seconds of bench time, or MOST_FRAMES over the run; the end is included.
-    """
+    """One shot every SPEED / FRAMES_A_SECOND seconds of bench time, or MOST_FRAMES over the run, the end included."""
     story, ground, changes = run.story, None, 0
     begin_s, end_s = story.moments[0].time_s, story.end_s
     step_s = max(SPEED / FRAMES_A_SECOND, (end_s - begin_s) / (MOST_FRAMES - 1))
@@ -74,8 +73,16 @@ def shot(instant: Instant, rover: Rover, ground: Ground | None = None) -> Shot:
     alarm = [f"fault: {name}" for name in instant.faults] + [f"touches: {moment.contact}"] * bool(moment.contact)
     lines = [f"{told.time_s:6.1f} s  {told.name}  {told.text}"[:WIDTH_OF_WORDS] for told in instant.told[-TOLD:]]
     return Shot(
-        (x, y, heading_rad), f"{instant.time_s:6.1f} s", np.array(wheels), _points(instant), instant.way,
-        instant.believed_way, instant.plan, tuple(lines), "   ".join(alarm), ground,
+        (x, y, heading_rad),
+        f"{instant.time_s:6.1f} s",
+        np.array(wheels),
+        _points(instant),
+        instant.way,
+        instant.believed_way,
+        instant.plan,
+        tuple(lines),
+        "   ".join(alarm),
+        ground,
     )
 
 
@@ -97,8 +104,25 @@ def _animated(frames: Frames, path: Path) -> None:
 def _mp4(frames: Frames, path: Path) -> None:
     first = next(frames)
     rows, columns, _ = first.shape
-    command = ["ffmpeg", "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{columns}x{rows}",
-               "-r", str(FRAMES_A_SECOND), "-i", "-", "-pix_fmt", "yuv420p", str(path)]
+    command = [
+        "ffmpeg",
+        "-loglevel",
+        "error",
+        "-y",
+        "-f",
+        "rawvideo",
+        "-pix_fmt",
+        "rgb24",
+        "-s",
+        f"{columns}x{rows}",
+        "-r",
+        str(FRAMES_A_SECOND),
+        "-i",
+        "-",
+        "-pix_fmt",
+        "yuv420p",
+        str(path),
+    ]
     with subprocess.Popen(command, stdin=subprocess.PIPE) as child:
         assert child.stdin is not None, "a pipe was asked for"
         for frame in chain((first,), frames):

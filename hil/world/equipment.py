@@ -56,4 +56,3 @@ def _node_noise(errors: SensorErrors) -> str:
         f"play {tilt.backlash_rad:g} rad; gyro {imu.gyro_noise_radps:g} rad/s, bias {imu.gyro_bias_radps:g} rad/s; "
         f"accelerometer {imu.accel_noise_mps2:g} m/s2, bias {imu.accel_bias_mps2:g} m/s2"
     )
-

@@ -59,8 +59,10 @@ class Surfaces:
         hit = np.flatnonzero(ranges_m < np.inf)
         ways = directions[hit]
         points = origins_m[hit] + ranges_m[hit, None] * ways
-        i, j = (_nearest(points[:, k], first_m, grid.cell_m, count)
-                for k, first_m, count in ((0, grid.x0_m, grid.columns), (1, grid.y0_m, grid.rows)))  # fmt: skip
+        i, j = (
+            _nearest(points[:, k], first_m, grid.cell_m, count)
+            for k, first_m, count in ((0, grid.x0_m, grid.columns), (1, grid.y0_m, grid.rows))
+        )
         met_sine = -inner(ways, self._normals[j, i].astype(np.float64))
         met_reach_m = np.full(len(hit), self._far_m * math.sqrt(errors.ground_albedo))
         self._meet_rocks(self._rock_at[j, i], points, ways, met_sine, met_reach_m)

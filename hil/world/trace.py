@@ -9,8 +9,7 @@ from protocol.conventions import TICK_NS
 
 
 class Trace:
-    """Checksum of all data that passed on each channel, at each tick; the run's SHA-256 hashes are in its certificate.
-    """
+    """Checksum of all data that passed on each channel, at each tick; the run's SHA-256 are in its certificate."""
 
     def __init__(self, channels: Sequence[str]) -> None:
         self.channels = tuple(channels)

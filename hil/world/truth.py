@@ -36,15 +36,24 @@ _PERIOD_NS = 100_000_000
 _CHUNK_BYTES = 1 << 13  # small: a viewer of a running run sees only complete chunks
 _EVERY = 4  # one ray of this many is recorded
 _SWEEP, _PATCH = struct.Struct("<I"), struct.Struct("<4I")
-_SCHEMA = json.dumps({"type": "object", "properties": {
-    "position_m": {"type": "array"}, "quaternion_xyzw": {"type": "array"}, "wheel_rate_radps": {"type": "array"},
-    "wheel_rad": {"type": "array"}, "steer_rad": {"type": "array"}, "rockers_rad": {"type": "array"},
-    "contact": {"type": "string"}}}).encode()
+_SCHEMA = json.dumps(
+    {
+        "type": "object",
+        "properties": {
+            "position_m": {"type": "array"},
+            "quaternion_xyzw": {"type": "array"},
+            "wheel_rate_radps": {"type": "array"},
+            "wheel_rad": {"type": "array"},
+            "steer_rad": {"type": "array"},
+            "rockers_rad": {"type": "array"},
+            "contact": {"type": "string"},
+        },
+    }
+).encode()
 
 
 class TruthFile:
-    """Writer of truth.mcap: the plant's state and a turn of the scanner ten times a second, faults, contacts, ground.
-    """
+    """Writer of truth.mcap: plant state and a turn of the scanner ten times a second, faults, contacts, ground."""
 
     def __init__(self, path: Path) -> None:
         self._file = path.open("wb")
@@ -208,9 +217,14 @@ def _met(turn: Turn) -> F32:
 
 
 def _row(state: PlantState) -> bytes:
-    return json.dumps({
-        "position_m": state.position_m.tolist(), "quaternion_xyzw": state.quaternion_xyzw.tolist(),
-        "wheel_rate_radps": [w.rate_radps for w in state.wheels], "wheel_rad": [w.position_rad for w in state.wheels],
-        "steer_rad": [w.steer_rad for w in state.wheels], "rockers_rad": list(state.rockers_rad),
-        "contact": state.contact,
-    }).encode()
+    return json.dumps(
+        {
+            "position_m": state.position_m.tolist(),
+            "quaternion_xyzw": state.quaternion_xyzw.tolist(),
+            "wheel_rate_radps": [w.rate_radps for w in state.wheels],
+            "wheel_rad": [w.position_rad for w in state.wheels],
+            "steer_rad": [w.steer_rad for w in state.wheels],
+            "rockers_rad": list(state.rockers_rad),
+            "contact": state.contact,
+        }
+    ).encode()

@@ -74,8 +74,13 @@ def app(bus: str | None, config: Path | None, settings: tuple[str, ...], watch_o
 
 
 def watch(
-    bus: CanBus, guard: BusGuard, tell: Callable[[str, Verdict | None], None], ended: Callable[[], bool], *,
-    send: bool = True, now_ns: Callable[[], int] = time.monotonic_ns,
+    bus: CanBus,
+    guard: BusGuard,
+    tell: Callable[[str, Verdict | None], None],
+    ended: Callable[[], bool],
+    *,
+    send: bool = True,
+    now_ns: Callable[[], int] = time.monotonic_ns,
 ) -> None:
     """Run until `ended` or the bus closes; report each latched offence and each release."""
     from onboard.drivers.platform.clock import wait_for
@@ -100,4 +105,3 @@ def _record(event: str, verdict: Verdict | None) -> dict[str, object]:
 
 def _line(event: str, verdict: Verdict | None) -> str:
     return f"guard: {event}" if verdict is None else f"guard: {event}: {verdict.offence.name}: {verdict.text}"
-

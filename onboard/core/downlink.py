@@ -262,6 +262,15 @@ class Downlink:
 
     def digest_items(self) -> tuple[int, ...]:
         """Values of this state that go into the state digest."""
-        return (round(self._tokens * 1e6), self.received, self.refused_count, self.last_contact_ns,
-                len(self._events), self._events.serial, len(self._frames), self.sent_bytes,
-                self._executor.held, *self._executor.halts.digest_items())
+        return (
+            round(self._tokens * 1e6),
+            self.received,
+            self.refused_count,
+            self.last_contact_ns,
+            len(self._events),
+            self._events.serial,
+            len(self._frames),
+            self.sent_bytes,
+            self._executor.held,
+            *self._executor.halts.digest_items(),
+        )

@@ -49,8 +49,16 @@ class Keeping:
                 self._saving = False
             if error != self._ill.get(name, ""):
                 self._ill[name] = error
-                self.events.append(Event(now_ns, *(("warning", "STATE", f"{name}: {error}") if error else
-                                                   ("info", "STATE", f"{name}: kept again"))))
+                self.events.append(
+                    Event(
+                        now_ns,
+                        *(
+                            ("warning", "STATE", f"{name}: {error}")
+                            if error
+                            else ("info", "STATE", f"{name}: kept again")
+                        ),
+                    )
+                )
 
     def note(self, localisation: Localisation) -> None:
         """Save the pose if it has moved enough."""

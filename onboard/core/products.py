@@ -40,8 +40,13 @@ class Products:
     ) -> None:
         self._downlink, self._tasks, self._parameters, self._active = downlink, tasks, parameters, active
         self._asked: dict[str, int] = {}  # job -> request
-        self._makers = {"ldem": self._ldem, "scan": self._scan, "nsp": self._nsp, "record": self._record,
-                        "height_std": self._height_std}
+        self._makers = {
+            "ldem": self._ldem,
+            "scan": self._scan,
+            "nsp": self._nsp,
+            "record": self._record,
+            "height_std": self._height_std,
+        }
         self.orders = {"get": self._get}
 
     def step(self, ctx: Context) -> None:
@@ -115,7 +120,9 @@ class Products:
         until_ns = min(newest_ns, round(order.number("to_s") * 1e9) if "to_s" in order.arguments else newest_ns)
         since_ns = round(order.number("from_s") * 1e9) if "from_s" in order.arguments else until_ns - _SPAN_NS
         if since_ns >= until_ns:
-            raise RefusedError(f"from {since_ns / 1e9:g} s to {until_ns / 1e9:g} s there is nothing; "
-                               f"the record is sent up to {newest_ns / 1e9:.2f} s now")
+            raise RefusedError(
+                f"from {since_ns / 1e9:g} s to {until_ns / 1e9:g} s there is nothing; "
+                f"the record is sent up to {newest_ns / 1e9:.2f} s now"
+            )
         slim = order.arguments.get("channels") == "slim"
         self._begin("product_record", order, ctx, (max(0, since_ns), until_ns, slim, SLICE_BYTES))

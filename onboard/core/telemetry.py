@@ -183,10 +183,12 @@ def _wheels(view: View, ms: int) -> list[Any]:
 def _sys_status(view: View, ms: int) -> list[Any]:
     if view.power is None:
         return []
-    scaled = [round(value * BY_NAME[name].scale) for name, value in
-              zip(_NAMES["SYS_STATUS"], _read("SYS_STATUS", view))]
-    milli_v, centi_a, percent = (min(max(v, low), high) for v, low, high in
-                                 zip(scaled, (0, -32768, 0), (65535, 32767, 100)))
+    scaled = [
+        round(value * BY_NAME[name].scale) for name, value in zip(_NAMES["SYS_STATUS"], _read("SYS_STATUS", view))
+    ]
+    milli_v, centi_a, percent = (
+        min(max(v, low), high) for v, low, high in zip(scaled, (0, -32768, 0), (65535, 32767, 100))
+    )
     return [mavlink.MAVLink_sys_status_message(0, 0, 0, 0, milli_v, centi_a, percent, 0, 0, 0, 0, 0, 0)]
 
 
@@ -215,13 +217,26 @@ def _heartbeat(view: View, ms: int) -> list[Any]:
 
 
 _BUILDERS: dict[str, Callable[[View, int], list[Any]]] = {
-    "HEARTBEAT": _heartbeat, "ROVER_STATE": _rover_state, "LOCAL_POSITION_NED": _position, "ATTITUDE": _attitude,
-    "LINK_STATE": _link_state, "WHEELS": _wheels, "SYS_STATUS": _sys_status, "PROGRESS": _progress, "": _items,
+    "HEARTBEAT": _heartbeat,
+    "ROVER_STATE": _rover_state,
+    "LOCAL_POSITION_NED": _position,
+    "ATTITUDE": _attitude,
+    "LINK_STATE": _link_state,
+    "WHEELS": _wheels,
+    "SYS_STATUS": _sys_status,
+    "PROGRESS": _progress,
+    "": _items,
 }
 _ACTIVE, _STANDBY, _CRITICAL = mavlink.MAV_STATE_ACTIVE, mavlink.MAV_STATE_STANDBY, mavlink.MAV_STATE_CRITICAL
-_STATUS = {Mode.BOOT: mavlink.MAV_STATE_BOOT, Mode.STANDBY: _STANDBY, Mode.AUTONOMOUS: _ACTIVE,
-           Mode.SAFE: _CRITICAL, Mode.ESTOP: _CRITICAL, Mode.TELEOP: _ACTIVE,
-           Mode.SEQUENCE: _ACTIVE}
+_STATUS = {
+    Mode.BOOT: mavlink.MAV_STATE_BOOT,
+    Mode.STANDBY: _STANDBY,
+    Mode.AUTONOMOUS: _ACTIVE,
+    Mode.SAFE: _CRITICAL,
+    Mode.ESTOP: _CRITICAL,
+    Mode.TELEOP: _ACTIVE,
+    Mode.SEQUENCE: _ACTIVE,
+}
 _SEVERITY = dict(zip(SEVERITIES, (7, 6, 4, 3, 2)))
 
 
@@ -243,5 +258,8 @@ class Packer:
     def event(self, event: Event, serial: int) -> bytes:
         """Return the EVENT frame; a text longer than the field is cut at a whole character."""
         text = cut(event.text, events.TEXT_BYTES)
-        return self._pack(mavlink.MAVLink_event_message(
-            event.now_ns // 1000, serial, _SEVERITY.get(event.severity, 6), event.name.encode()[:24], text))
+        return self._pack(
+            mavlink.MAVLink_event_message(
+                event.now_ns // 1000, serial, _SEVERITY.get(event.severity, 6), event.name.encode()[:24], text
+            )
+        )

@@ -78,7 +78,10 @@ class Rover:
     """
 
     def __init__(
-        self, config: Config, gdem: Gdem | None, memory: StopMap | None = None,
+        self,
+        config: Config,
+        gdem: Gdem | None,
+        memory: StopMap | None = None,
         kept: Mapping[str, bytes] = MappingProxyType({}),
     ) -> None:
         self.lidar = LidarSession(config.lidar)
@@ -133,11 +136,23 @@ def tick(rover: Rover, inputs: Inputs, mark: Mark = lambda _: None) -> Outputs:
 
     mark(Group.EXECUTIVE)
     context = Context(
-        inputs.tick, now_ns, scans, rover.lidar, rover.nodes, rover.localisation, rover.jobs, taken, held=False,
-        wheels=rover.wheels, found=rover.watch.faults, fences=rover.fences.fences,
+        inputs.tick,
+        now_ns,
+        scans,
+        rover.lidar,
+        rover.nodes,
+        rover.localisation,
+        rover.jobs,
+        taken,
+        held=False,
+        wheels=rover.wheels,
+        found=rover.watch.faults,
+        fences=rover.fences.fences,
         item=lambda name: SAMPLERS[name](_view(rover)),
-        utc_ns=inputs.health.utc_ns, used_up=rover.power.used_up | rover.computer.used_up, seen=_found(rover),
-    )  # fmt: skip
+        utc_ns=inputs.health.utc_ns,
+        used_up=rover.power.used_up | rover.computer.used_up,
+        seen=_found(rover),
+    )
     rover.twist = rover.executive.step(orders, faults, context)
     for name in context.judge_anew:
         for watch in (rover.watch, rover.power, rover.computer):
@@ -220,11 +235,21 @@ def _found(rover: Rover) -> dict[str, str]:
 def _watched(rover: Rover, inputs: Inputs, orders: Sequence[Order]) -> Watched:
     mission = rover.executive.mission
     return Watched(
-        inputs.now_ns, rover.config, rover.lidar, rover.nodes, rover.localisation.pose, rover.localisation.sigma,
-        rover.downlink.last_contact_ns, rover.jobs.overdue_ticks(inputs.tick), rover.executive.in_mission,
+        inputs.now_ns,
+        rover.config,
+        rover.lidar,
+        rover.nodes,
+        rover.localisation.pose,
+        rover.localisation.sigma,
+        rover.downlink.last_contact_ns,
+        rover.jobs.overdue_ticks(inputs.tick),
+        rover.executive.in_mission,
         rover.executive.hazard,
         entered(rover.fences.fences, rover.localisation.pose, rover.config.rover),
-        {*rover.watch.faults, *_found(rover)}, mission.result if mission else None, orders, inputs.record,
+        {*rover.watch.faults, *_found(rover)},
+        mission.result if mission else None,
+        orders,
+        inputs.record,
     )
 
 
@@ -234,9 +259,15 @@ def _seen(rover: Rover, imu: ImuSample | None, now_ns: int) -> Seen:
     )
     localisation = rover.localisation
     return Seen(
-        now_ns, rover.watch.orders(rover.orders), rover.nodes.wheels, currents_a, imu, localisation.step,
-        localisation.yaw_rate_radps, localisation.slip_ratio,
-    )  # fmt: skip
+        now_ns,
+        rover.watch.orders(rover.orders),
+        rover.nodes.wheels,
+        currents_a,
+        imu,
+        localisation.step,
+        localisation.yaw_rate_radps,
+        localisation.slip_ratio,
+    )
 
 
 def _steer(rover: Rover, wheels: Sequence[WheelState | None]) -> tuple[WheelCommand, ...]:
@@ -244,9 +275,14 @@ def _steer(rover: Rover, wheels: Sequence[WheelState | None]) -> tuple[WheelComm
         rover.orders, rover.steering_held = stopped(rover.orders), False
     else:
         rover.orders, rover.steering_held = wheel_commands(
-            rover.twist, wheels, rover.orders, rover.config.rover, rover.config.motion,
-            rover.steering_held, rover.wheels,
-        )  # fmt: skip
+            rover.twist,
+            wheels,
+            rover.orders,
+            rover.config.rover,
+            rover.config.motion,
+            rover.steering_held,
+            rover.wheels,
+        )
     return rover.orders
 
 
@@ -293,12 +329,24 @@ def state_items(rover: Rover) -> dict[str, tuple[float, ...]]:
     """State that a replay compares each tick, by part."""
     executive = rover.executive
     parts: dict[str, _Part] = {
-        "localisation": rover.localisation, "watch": rover.watch, "devices": rover.devices, "lidar": rover.lidar,
-        "nodes": rover.nodes, "downlink": rover.downlink, "pace": rover.pace, "power": rover.power,
-        "computer": rover.computer, "masks": executive.masks, "parameters": rover.parameters, "fences": rover.fences,
-        "sequencer": executive.sequencer, "keeping": rover.keeping, "lease": executive.lease, "link": rover.link,
+        "localisation": rover.localisation,
+        "watch": rover.watch,
+        "devices": rover.devices,
+        "lidar": rover.lidar,
+        "nodes": rover.nodes,
+        "downlink": rover.downlink,
+        "pace": rover.pace,
+        "power": rover.power,
+        "computer": rover.computer,
+        "masks": executive.masks,
+        "parameters": rover.parameters,
+        "fences": rover.fences,
+        "sequencer": executive.sequencer,
+        "keeping": rover.keeping,
+        "lease": executive.lease,
+        "link": rover.link,
         "tasks": executive.tasks,
-    }  # fmt: skip
+    }
     head = (executive.mode, executive.phase, *rover.twist, rover.steering_held, len(executive.tasks.track))
     return {"executive": head, **{name: tuple(part.digest_items()) for name, part in parts.items()}}
 

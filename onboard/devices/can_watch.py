@@ -115,8 +115,14 @@ class CanWatch:
 
     def digest_items(self) -> tuple[float | int, ...]:
         """Values of this state that go into the state digest."""
-        return (*sorted(self.babbling), int(self.overloaded), self._few.level, self._load.level, len(self.twins),
-                *self.foreign.values())
+        return (
+            *sorted(self.babbling),
+            int(self.overloaded),
+            self._few.level,
+            self._load.level,
+            len(self.twins),
+            *self.foreign.values(),
+        )
 
     def _find_twins(self, guard: Guard, now_ns: int) -> None:
         counts: Counter[str] = Counter({"COMPUTER": self._copies})

@@ -1,9 +1,9 @@
 """Emergency stop: its sender, how it is asserted, and the two steps that release it.
 
-    stop() -> EMERGENCY_STOP at once and at 10 Hz
-    reset(nonce) -> RESET_REQUEST step 1 at 10 Hz until every node with a heartbeat has answered: armed, or not stopped
-                 -> step 2 likewise, until none is armed any more: released
-    no answer of one of them within 3 s: the reset is given up, the nodes stay stopped
+stop() -> EMERGENCY_STOP at once and at 10 Hz
+reset(nonce) -> RESET_REQUEST step 1 at 10 Hz until every node with a heartbeat has answered: armed, or not stopped
+             -> step 2 likewise, until none is armed any more: released
+no answer of one of them within 3 s: the reset is given up, the nodes stay stopped
 """
 
 from __future__ import annotations

@@ -93,9 +93,11 @@ class Nodes:
         self.enabled = True  # value of DRIVE_ENABLE while there is no emergency stop
         self._beats = self._now_ns = 0
         self._every = {
-            "wheels": Every(FAST_NS), "time": Every(SLOW_NS), "enable": Every(SLOW_NS, 2 * TICK_NS),
+            "wheels": Every(FAST_NS),
+            "time": Every(SLOW_NS),
+            "enable": Every(SLOW_NS, 2 * TICK_NS),
             "beat": Every(SLOW_NS, 5 * TICK_NS),
-        }  # fmt: skip
+        }
         self._handlers = self._table()
 
     # -- in --------------------------------------------------------------------------------------------------
@@ -140,7 +142,11 @@ class Nodes:
             return None
         told, stamp_ns = self._power
         return PowerState(
-            told.voltage_v, told.current_a, told.charge_ratio, float(told.temperature_c), self._now_ns - stamp_ns,
+            told.voltage_v,
+            told.current_a,
+            told.charge_ratio,
+            float(told.temperature_c),
+            self._now_ns - stamp_ns,
             bool(told.switches & BROWN_OUT_SWITCH),
         )
 
@@ -298,8 +304,11 @@ class Nodes:
 
     def _table(self) -> dict[int, Callable[[Any, int], None]]:
         table: dict[int, Callable[[Any, int], None]] = {
-            TILT_FEEDBACK: self.tilt.feedback, GYRO: self._on_gyro, ACCEL: self._on_accel, POWER_STATUS: self._on_power,
-        }  # fmt: skip
+            TILT_FEEDBACK: self.tilt.feedback,
+            GYRO: self._on_gyro,
+            ACCEL: self._on_accel,
+            POWER_STATUS: self._on_power,
+        }
         for n, wheel in enumerate(self._wheels, 1):
             table[WHEEL_FEEDBACK + n] = wheel.feedback
             table[WHEEL_STATUS + n] = self._status_of(n)

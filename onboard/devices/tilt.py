@@ -86,8 +86,9 @@ def orders(segments: Sequence[SegmentLike], start_ns: int) -> list[Order]:
         way_rad = abs(end - start) * ANGLE_STEP_RAD
         steps = max(1, min(RATE_STEPS, round(way_rad / ((planned_ns - at_ns) / 1e9) / RATE_STEP_RADPS)))
         end_ns = at_ns + math.ceil(way_rad / (steps * RATE_STEP_RADPS) * 1000.0 - 1e-6) * _MS
-        made.append(Order(start * ANGLE_STEP_RAD, end * ANGLE_STEP_RAD, steps * RATE_STEP_RADPS, at_ns, end_ns,
-                          TiltMode.SWEEP))  # fmt: skip
+        made.append(
+            Order(start * ANGLE_STEP_RAD, end * ANGLE_STEP_RAD, steps * RATE_STEP_RADPS, at_ns, end_ns, TiltMode.SWEEP)
+        )
         at_ns = end_ns
     return made
 

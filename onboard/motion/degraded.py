@@ -98,7 +98,8 @@ def fixed_wheel(wheels: Wheels, rover: Rover) -> tuple[float, float, float] | No
     """(a_m, b_m, angle_rad) of the one wheel whose steering is fixed; None if none or more than one is."""
     found = [
         (a, b, health.steer_fixed_rad)
-        for (a, b), health in zip(wheel_places(rover), wheels) if health.steer_fixed_rad is not None
+        for (a, b), health in zip(wheel_places(rover), wheels)
+        if health.steer_fixed_rad is not None
     ]
     return found[0] if len(found) == 1 else None
 

@@ -127,13 +127,12 @@ class Odometry:
         """Steering of all wheels from start to end of the window, because the noise of single ticks would add up."""
         return total(
             abs(last.steer_rad - before)
-            for last, before in zip(self._last, self._steers_rad) if last is not None and before is not None
+            for last, before in zip(self._last, self._steers_rad)
+            if last is not None and before is not None
         )
 
 
-def solve(
-    n: int, right: tuple[float, float, float], left: tuple[float, float, float]
-) -> tuple[float, float, float]:
+def solve(n: int, right: tuple[float, float, float], left: tuple[float, float, float]) -> tuple[float, float, float]:
     """Return (v_x, v_y, omega) from the sums U, W, m and A, B, Q of n >= 2 wheels (see the head of this file)."""
     sum_u, sum_w, sum_m = right
     sum_a, sum_b, sum_q = left

@@ -93,9 +93,16 @@ class LiveGrid:
         check_array("azimuths", turn.azimuths, (2, count), np.float64)
         check_array("tilts", turn.tilts, (2, count), np.float64)
         kernels.turn_into(
-            *self._place, turn.ranges_m, turn.azimuths, turn.tilts, turn.longest_m, mount.scanner_m, mount.hull_m,
-            mount.T_map_base, self._bytes,
-        )  # fmt: skip
+            *self._place,
+            turn.ranges_m,
+            turn.azimuths,
+            turn.tilts,
+            turn.longest_m,
+            mount.scanner_m,
+            mount.hull_m,
+            mount.T_map_base,
+            self._bytes,
+        )
 
 
 def _on_whole_lines(shape: tuple[int, int, int]) -> U8:

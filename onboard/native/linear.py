@@ -24,9 +24,7 @@ def product(a: ArrayLike, b: ArrayLike) -> F64:
     if k != rows:
         raise ValueError(f"no product of {left.shape} and {right.shape}: the inner sides differ")
     out = np.empty((n, m))
-    kernels.product_into(
-        np.ascontiguousarray(left).reshape(n, k), np.ascontiguousarray(right).reshape(k, m), out
-    )  # fmt: skip
+    kernels.product_into(np.ascontiguousarray(left).reshape(n, k), np.ascontiguousarray(right).reshape(k, m), out)
     return out.reshape(left.shape[:-1] + right.shape[1:])
 
 

@@ -13,6 +13,7 @@ from onboard.records import F32, Bool, Grid
 
 MOST_STATIONS = 10**6  # of a line: more are a mistake, and would take too long
 
+
 def price_m(
     free: Bool,
     closeness: F32 | None,
@@ -42,6 +43,4 @@ def price_m(
     if not 0 <= orientation < free.shape[0]:
         raise ValueError(f"orientation: expected 0 to {free.shape[0] - 1}, given {orientation}")
     layers = free.view(np.uint8)
-    return kernels.sight_price_m(
-        layers, closeness, grid.x0_m, grid.y0_m, grid.cell_m, *a, *b, spacing_m, orientation
-    )
+    return kernels.sight_price_m(layers, closeness, grid.x0_m, grid.y0_m, grid.cell_m, *a, *b, spacing_m, orientation)

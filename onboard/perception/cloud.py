@@ -1,9 +1,9 @@
 """Point cloud of a stop: scans, the tilt at each beam's own time and the rover's pose give points in the map frame.
 
-    p_tilt = range * (cos phi, sin phi, 0)           phi: angle of the beam in the scanner's plane
-    p_base = t + R R_y(tilt) p_tilt                  positive tilt is down; the scanner's centre t is on the axis,
-                                                     R is the mounting rotation of the tilt unit (`onboard.extrinsics`)
-    p_map  = T_map_base p_base
+p_tilt = range * (cos phi, sin phi, 0)           phi: angle of the beam in the scanner's plane
+p_base = t + R R_y(tilt) p_tilt                  positive tilt is down; the scanner's centre t is on the axis,
+                                                 R is the mounting rotation of the tilt unit (`onboard.extrinsics`)
+p_map  = T_map_base p_base
 """
 
 from __future__ import annotations
@@ -34,9 +34,14 @@ SCANS_AT_ONCE = 32  # a sweep has about 460; all together would need 40 MB of te
 
 
 def cloud(
-    scans: Sequence[Scan], tilt: TiltTrack, T_map_base: F64, rover: Rover, scanning: Scanning, range_noise_m: float,
+    scans: Sequence[Scan],
+    tilt: TiltTrack,
+    T_map_base: F64,
+    rover: Rover,
+    scanning: Scanning,
+    range_noise_m: float,
     lost: bool = False,
-) -> Cloud:  # fmt: skip
+) -> Cloud:
     """The beams of one stop within scanning.sector_rad of straight ahead that hit something.
 
     Each beam takes the tilt interpolated at its own time, never extrapolated (`beam_tilt`). Returns farther than
@@ -72,8 +77,11 @@ def ahead(scan: Scan, sector_rad: float) -> Scan:
     low = max(0, math.ceil((-sector_rad - first_rad) / step_rad - 1e-9))
     high = min(count, math.floor((sector_rad - first_rad) / step_rad + 1e-9) + 1)
     return replace(
-        scan, start_ns=scan.start_ns + round(low * scan.beam_ns), first_angle_rad=first_rad + low * step_rad,
-        ranges_m=scan.ranges_m[low:high].copy(), status=scan.status[low:high].copy(),
+        scan,
+        start_ns=scan.start_ns + round(low * scan.beam_ns),
+        first_angle_rad=first_rad + low * step_rad,
+        ranges_m=scan.ranges_m[low:high].copy(),
+        status=scan.status[low:high].copy(),
     )
 
 
@@ -101,8 +109,11 @@ class _Image(NamedTuple):
         """The lines from first up to, not including, last."""
         some = slice(first, last)
         return self._replace(
-            starts_ns=self.starts_ns[some], beam_ns=self.beam_ns[some], ranges_m=self.ranges_m[some],
-            seen=self.seen[some], counts=self.counts[some],
+            starts_ns=self.starts_ns[some],
+            beam_ns=self.beam_ns[some],
+            ranges_m=self.ranges_m[some],
+            seen=self.seen[some],
+            counts=self.counts[some],
         )
 
 

@@ -26,5 +26,6 @@ def height_std_m(ldem: Ldem) -> F32:
 def pack(ldem: Ldem) -> bytes:
     """Bytes of the product of `get height_std`; runs as a job."""
     grid = ldem.grid
-    return encode_height_std(HeightStd(MapGrid(grid.x0_m, grid.y0_m, grid.cell_m, grid.rows, grid.columns),
-                                       height_std_m(ldem)))
+    return encode_height_std(
+        HeightStd(MapGrid(grid.x0_m, grid.y0_m, grid.cell_m, grid.rows, grid.columns), height_std_m(ldem))
+    )

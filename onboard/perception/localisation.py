@@ -65,7 +65,7 @@ class Localisation:
             (config.start_x_m, config.start_y_m, config.start_yaw_rad),
             config.gyro_noise_radps / math.sqrt(START_SAMPLES) + BIAS_FLOOR_RADPS,
             (config.level_slip_ratio, config.odometry_noise_ratio),
-        )  # fmt: skip
+        )
         self.pose = self._here()
         self._now_ns = self._imu_ns = -1
         self.step = Step(0.0, 0.0, 0.0, Twist(), 0.0, 0, True)
@@ -123,7 +123,11 @@ class Localisation:
         return replace(pose, roll_rad=roll, pitch_rad=pitch)
 
     def update(
-        self, wheels: Sequence[WheelState | None], imu: ImuSample | None, now_ns: int, health: Wheels = SOUND,
+        self,
+        wheels: Sequence[WheelState | None],
+        imu: ImuSample | None,
+        now_ns: int,
+        health: Wheels = SOUND,
         slips: bool = False,
     ) -> None:
         """Process one tick.

@@ -243,9 +243,11 @@ class PoseFilter:
         variances, (rows, offs) = decorrelated(noise, measures, off)
         for row, rest, variance in zip(rows, offs.tolist(), variances):
             kalman.update(
-                np.array([rest]), lambda x, row=row: row[None], lambda x, row=row: product(row[None], x - before),
+                np.array([rest]),
+                lambda x, row=row: row[None],
+                lambda x, row=row: product(row[None], x - before),
                 R=np.array([[variance]]),
-            )  # fmt: skip
+            )
         self.state, self.covariance = kalman.x.tolist(), np.asarray(kalman.P)
         self.state[YAW] = wrap_rad(self.state[YAW])
         self.state[SLIP] = max(SLIP_LIMITS[0], min(SLIP_LIMITS[1], self.state[SLIP]))

@@ -103,11 +103,20 @@ def register(
     turned, way = apart(guess, found.T_target_source)
     return _judged(
         RegistrationResult(
-            True, "", found.T_target_source, _covariance(found, config), found.converged,
-            found.matched / source_cloud.size(), found.apart_m, float(np.linalg.norm(way)),
-            float(np.linalg.norm(turned)), _names(found.loose),
-        ), guess, config,
-    )  # fmt: skip
+            True,
+            "",
+            found.T_target_source,
+            _covariance(found, config),
+            found.converged,
+            found.matched / source_cloud.size(),
+            found.apart_m,
+            float(np.linalg.norm(way)),
+            float(np.linalg.norm(turned)),
+            _names(found.loose),
+        ),
+        guess,
+        config,
+    )
 
 
 def _judged(result: RegistrationResult, guess: F64, config: Localisation) -> RegistrationResult:
@@ -213,7 +222,7 @@ def _settled(moving: small_gicp.PointCloud, target: Prepared, guess: F64) -> Set
     near = small_gicp.align(fixed, moving, tree, guess, "GICP", MATCH_M, 1, MOST_ITERATIONS, NEAR_RAD, NEAR_M)
     return settle(
         _faces(moving), _faces(fixed), tree.batch_nearest_neighbor_search, CLOSE_M, guess, near.T_target_source
-    )  # fmt: skip
+    )
 
 
 def _faces(cloud: small_gicp.PointCloud) -> Faces:
@@ -252,6 +261,15 @@ def _told(found: Settled) -> F64:
 
 def _refused(guess: F64, reason: str) -> RegistrationResult:
     return RegistrationResult(
-        False, reason, guess.copy(), np.diag([UNKNOWN_M2] * 4), False, 0.0, math.inf, 0.0, 0.0, (*AXES, "rotation"),
+        False,
+        reason,
+        guess.copy(),
+        np.diag([UNKNOWN_M2] * 4),
+        False,
+        0.0,
+        math.inf,
+        0.0,
+        0.0,
+        (*AXES, "rotation"),
         told=False,
     )

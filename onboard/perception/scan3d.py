@@ -1,10 +1,10 @@
 """3D scan of the tilting scanner: one range image with the tilt and the time of every beam, and its points.
 
-    pixels[line, beam]    line: one turn of the scanner, in time order      beam: counter-clockwise, as fired
+pixels[line, beam]    line: one turn of the scanner, in time order      beam: counter-clockwise, as fired
 
-    p_tilt = range * (cos phi, sin phi, 0)           phi = first_angle_rad + beam * step_rad
-    p_base = t + R R_y(tilt) p_tilt                  positive tilt is down; t, R: tilt unit (`onboard.extrinsics`)
-    p_map  = T_map_base(time) p_base                 the rover's pose at the beam's own time, if it moves
+p_tilt = range * (cos phi, sin phi, 0)           phi = first_angle_rad + beam * step_rad
+p_base = t + R R_y(tilt) p_tilt                  positive tilt is down; t, R: tilt unit (`onboard.extrinsics`)
+p_map  = T_map_base(time) p_base                 the rover's pose at the beam's own time, if it moves
 """
 
 from __future__ import annotations

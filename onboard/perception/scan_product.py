@@ -26,12 +26,21 @@ def pack(scans: Sequence[Scan], tilt: TiltTrack, entry: tuple[Pose, int], rover:
     turned = lidar_rotation(rover)
     mount[:3, :3], mount[:3, 3] = np.eye(3) if turned is None else turned, lidar_place(rover)
     ranges_m, status = np.stack([scan.ranges_m for scan in kept]), np.stack([scan.status for scan in kept])
-    return encode_scan(ScanProduct(
-        stop, geometry[1], geometry[2], ranges_m,
-        np.where((status == BeamStatus.OK) & ~np.isfinite(ranges_m), BeamStatus.ERROR, status).astype(np.uint8),
-        np.array([scan.start_ns for scan in kept], np.int64), np.array([scan.beam_ns for scan in kept], np.float64),
-        tilt.times_ns, tilt.angles_rad, pose.matrix(), mount,
-    ))  # fmt: skip
+    return encode_scan(
+        ScanProduct(
+            stop,
+            geometry[1],
+            geometry[2],
+            ranges_m,
+            np.where((status == BeamStatus.OK) & ~np.isfinite(ranges_m), BeamStatus.ERROR, status).astype(np.uint8),
+            np.array([scan.start_ns for scan in kept], np.int64),
+            np.array([scan.beam_ns for scan in kept], np.float64),
+            tilt.times_ns,
+            tilt.angles_rad,
+            pose.matrix(),
+            mount,
+        )
+    )
 
 
 def _geometry(scan: Scan) -> tuple[int, float, float]:

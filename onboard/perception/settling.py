@@ -82,9 +82,13 @@ def settle(source: Faces, target: Faces, search: Search, match_m: float, guess: 
     weights, J = _weights(pairs.off_m), pairs.jacobian(pairs.mean)
     square = float((weights * pairs.off_m**2).sum() / weights.sum())
     return Settled(
-        T, (J * weights[:, None]).T @ J / max(square, 1e-12), loose, square**0.5, len(pairs.off_m),
+        T,
+        (J * weights[:, None]).T @ J / max(square, 1e-12),
+        loose,
+        square**0.5,
+        len(pairs.off_m),
         converged or _under(step, SETTLED_M, SETTLED_RAD),
-    )  # fmt: skip
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -146,7 +146,9 @@ def pose_of(T_map_base: F64) -> Pose:
     """Pose of a (4, 4) transform, roll, pitch, yaw intrinsic z-y-x."""
     R = T_map_base[:3, :3]
     return Pose(
-        float(T_map_base[0, 3]), float(T_map_base[1, 3]), float(T_map_base[2, 3]),
+        float(T_map_base[0, 3]),
+        float(T_map_base[1, 3]),
+        float(T_map_base[2, 3]),
         roll_rad=atan2(R[2, 1], R[2, 2]),
         pitch_rad=-asin(min(1.0, max(-1.0, R[2, 0]))),
         yaw_rad=atan2(R[1, 0], R[0, 0]),

@@ -76,7 +76,8 @@ def closed(gdem: Gdem, fences: Sequence[Fence]) -> Gdem:
     """The orbiter's map without the cells whose centre lies in a keep-out; the same object if there are none."""
     grid = gdem.grid
     inside = [
-        (j, i) for j, i in np.argwhere(keep_out(fences, grid)).tolist()
+        (j, i)
+        for j, i in np.argwhere(keep_out(fences, grid)).tolist()
         if any(f.kind == KEEP_OUT and f.distance_m(grid.centre(j, i)) == 0.0 for f in fences)
     ]
     if not inside:

@@ -187,8 +187,7 @@ def interrupted(state: MissionState, before: MissionState) -> MissionState:
 def repeats(state: MissionState, stop: Stop) -> bool:
     """True if a scan was taken at this place (0.1 m) and heading (10 degrees) before."""
     return any(
-        dist(stop[:2], earlier[:2]) <= REPEAT_M
-        and abs(wrap_rad(stop.heading_rad - earlier.heading_rad)) <= REPEAT_RAD
+        dist(stop[:2], earlier[:2]) <= REPEAT_M and abs(wrap_rad(stop.heading_rad - earlier.heading_rad)) <= REPEAT_RAD
         for earlier in state.stops
     )
 

@@ -84,8 +84,9 @@ class Criterion:
         if self.gain not in GAINS:
             raise ValueError(f"gain: expected one of {', '.join(GAINS)}, given {self.gain!r}")
         if not (0 <= self.weight_occlusion < math.inf and 0 <= self.weight_distance < math.inf):
-            raise ValueError(f"weights: expected finite numbers >= 0, given {self.weight_occlusion}, "
-                             f"{self.weight_distance}")
+            raise ValueError(
+                f"weights: expected finite numbers >= 0, given {self.weight_occlusion}, {self.weight_distance}"
+            )
 
 
 @dataclass(frozen=True, slots=True)

@@ -78,9 +78,17 @@ class Prediction:
 
         more: further keys, placed first.
         """
-        tree = {**more, "kind": self.kind, "rule": self.rule, "reason": self.reason,
-                "length_m": _number(self.length_m, 2), "time_s": _number(self.time_s, 0), "looks": self.looks,
-                "path": np.round(self.path, 3).tolist(), "beyond": np.round(self.beyond, 2).tolist()}
+        tree = {
+            **more,
+            "kind": self.kind,
+            "rule": self.rule,
+            "reason": self.reason,
+            "length_m": _number(self.length_m, 2),
+            "time_s": _number(self.time_s, 0),
+            "looks": self.looks,
+            "path": np.round(self.path, 3).tolist(),
+            "beyond": np.round(self.beyond, 2).tolist(),
+        }
         return json.dumps(tree, separators=(",", ":")).encode()
 
 
@@ -120,8 +128,9 @@ def foresee(request: PlanRequest, known: bool, config: Config) -> Prediction:
     return predict(product, poses, request.goal_m, gdem, config)
 
 
-def predict(product: LdemProduct, poses: PoseMap, goal_m: tuple[float, float], gdem: Gdem | None,
-            config: Config) -> Prediction:
+def predict(
+    product: LdemProduct, poses: PoseMap, goal_m: tuple[float, float], gdem: Gdem | None, config: Config
+) -> Prediction:
     """Prediction of a goto from the rover's place on this map, without a mission before it.
 
     gdem: None: a goal outside the map is assumed to lie straight ahead.
@@ -133,16 +142,21 @@ def predict(product: LdemProduct, poses: PoseMap, goal_m: tuple[float, float], g
     x_m, y_m, yaw_rad = poses.pose
     request = PlanRequest(
         ldem=ldem.empty(Grid(grid.x0_m, grid.y0_m, grid.cell_m, 1, 1)),  # not read: surface and freedom are given
-        pose=Pose(x_m, y_m, yaw_rad=yaw_rad), goal_m=goal_m, gdem=gdem,
+        pose=Pose(x_m, y_m, yaw_rad=yaw_rad),
+        goal_m=goal_m,
+        gdem=gdem,
         state=MissionState(number=1) if poses.known else MissionState(),
-        settings=settings_of(config), trail=np.array([[x_m, y_m, yaw_rad]]), slippery_m=poses.slippery_m,
-    )  # fmt: skip
+        settings=settings_of(config),
+        trail=np.array([[x_m, y_m, yaw_rad]]),
+        slippery_m=poses.slippery_m,
+    )
     found = cycle.decide(request, surface, poses.freedom)
     decision = found.decision
     stations = decision.path.stations
     if decision.kind == "unreachable":
-        return Prediction(decision.kind, decision.rule, decision.reason, _corners(stations), np.empty((0, 2)),
-                          math.nan, math.nan, 0)
+        return Prediction(
+            decision.kind, decision.rule, decision.reason, _corners(stations), np.empty((0, 2)), math.nan, math.nan, 0
+        )
     beyond, left_m = np.empty((0, 2)), 0.0
     if decision.kind == "drive":
         beyond = _beyond(found, grid)
@@ -150,8 +164,16 @@ def predict(product: LdemProduct, poses: PoseMap, goal_m: tuple[float, float], g
     length_m = decision.path.length_m + _length_m(beyond) + left_m
     looks = _looks(length_m, config.mission.leg_m, poses.known)
     time_s = _time_s(stations, length_m, looks, poses.known, config)
-    return Prediction(decision.kind, decision.rule, decision.reason, _corners(stations),
-                      _thinned(beyond, MOST_STATIONS), length_m, time_s, looks)
+    return Prediction(
+        decision.kind,
+        decision.rule,
+        decision.reason,
+        _corners(stations),
+        _thinned(beyond, MOST_STATIONS),
+        length_m,
+        time_s,
+        looks,
+    )
 
 
 def _as_sent(places_m: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:

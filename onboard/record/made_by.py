@@ -21,8 +21,13 @@ _LIMIT_S = 5.0
 def versions_file() -> tuple[str, bytes, str]:
     """Name, content and media type of the attachment."""
     rows = {name: version(name) for name in _PACKAGES}
-    made = {"python": platform.python_version(), "machine": platform.machine(), "commit": commit(_SITE),
-            "sources_sha256": sources_sha256(_SITE), **rows}  # fmt: skip
+    made = {
+        "python": platform.python_version(),
+        "machine": platform.machine(),
+        "commit": commit(_SITE),
+        "sources_sha256": sources_sha256(_SITE),
+        **rows,
+    }
     return _VERSIONS, json.dumps(made).encode(), "application/json"
 
 

@@ -1,7 +1,7 @@
 """Files of records: parts of a long record, records of several runs in a folder, deletion of the oldest.
 
-    run.mcap, run.2.mcap, run.3.mcap       of `record.path = run.mcap`: a run writes over the one before
-    log/0001.mcap, log/0001.2.mcap, log/0002.mcap      of `record.path = log/`: none is written over
+run.mcap, run.2.mcap, run.3.mcap       of `record.path = run.mcap`: a run writes over the one before
+log/0001.mcap, log/0001.2.mcap, log/0002.mcap      of `record.path = log/`: none is written over
 """
 
 from __future__ import annotations

@@ -47,9 +47,11 @@ def decode(raw: bytes) -> Iterator[RecordedRegistration]:
         words = json.loads(raw[at + _FIELDS.size : at + size])
         at += size
         fields = {
-            "T_map_base": np.array(numbers[:16]).reshape(4, 4), "covariance": np.array(numbers[16:32]).reshape(4, 4),
-            **dict(zip(_NUMBERS, numbers[32:], strict=True)), **dict(zip(_WORDS, words, strict=True)),
-        }  # fmt: skip
+            "T_map_base": np.array(numbers[:16]).reshape(4, 4),
+            "covariance": np.array(numbers[16:32]).reshape(4, 4),
+            **dict(zip(_NUMBERS, numbers[32:], strict=True)),
+            **dict(zip(_WORDS, words, strict=True)),
+        }
         yield RecordedRegistration(job_id, {**fields, "degenerate": tuple(fields["degenerate"])})
 
 

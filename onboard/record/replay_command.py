@@ -60,9 +60,18 @@ def print_verdict(path: Path, as_json: bool, again: Callable[[Path], Verdict]) -
         return EX_DATAERR
     word = "identical" if verdict.identical else "different" if verdict.first_difference else "nothing compared"
     if as_json:
-        print(json.dumps({"verdict": word, "ticks": verdict.ticks, "bytes": verdict.bytes_compared,
-                          "first_difference": verdict.first_difference, "cut_off": verdict.cut_off,
-                          "another_program": verdict.another_program}))
+        print(
+            json.dumps(
+                {
+                    "verdict": word,
+                    "ticks": verdict.ticks,
+                    "bytes": verdict.bytes_compared,
+                    "first_difference": verdict.first_difference,
+                    "cut_off": verdict.cut_off,
+                    "another_program": verdict.another_program,
+                }
+            )
+        )
     else:
         counts = ", ".join(f"{topic} {count}" for topic, count in verdict.bytes_compared.items())
         print(f"{word}: {verdict.ticks} ticks; bytes compared: {counts}")

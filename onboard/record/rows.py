@@ -39,16 +39,25 @@ _POSE_FIELDS = ("x_m", "y_m", "z_m", "roll_rad", "pitch_rad", "yaw_rad")
 def _tick_in(raw: bytes) -> Iterator[Row]:
     tick, now_ns, lidar, link, *health = TICK.unpack_from(raw)
     yield {
-        "tick": tick, "now_ns": now_ns, "lidar_state": PortState(lidar).name, "link_state": PortState(link).name,
-        **Health(*health)._asdict(), "jobs_taken": _ids(raw[TICK.size :]),
-    }  # fmt: skip
+        "tick": tick,
+        "now_ns": now_ns,
+        "lidar_state": PortState(lidar).name,
+        "link_state": PortState(link).name,
+        **Health(*health)._asdict(),
+        "jobs_taken": _ids(raw[TICK.size :]),
+    }
 
 
 def _bus_in(raw: bytes) -> Iterator[Row]:
     bus = read_bus(raw)
     errors = {f"{BusTrouble(kind).name.lower()}_frames": count for kind, count in enumerate(bus.error_frames)}
-    yield {"state": bus.state.name, "error": bus.error, "send_failures": bus.send_failures, "openings": bus.openings,
-           **errors}  # fmt: skip
+    yield {
+        "state": bus.state.name,
+        "error": bus.error,
+        "send_failures": bus.send_failures,
+        "openings": bus.openings,
+        **errors,
+    }
 
 
 def _time_in(raw: bytes) -> Iterator[Row]:
@@ -97,10 +106,14 @@ def _tick_out(raw: bytes) -> Iterator[Row]:
     checks = {f"crc_of{topic.replace('/', '_')}": f"{check:08x}" for topic, check in input_checks(raw).items()}
     ids = _ids(raw[at + 1 :])
     yield {
-        "state_digest": raw[:_DIGEST_BYTES].hex(), "connect_lidar": raw[at] & 1, "connect_can": raw[at] >> 1 & 1,
-        "reboot": raw[at] >> 2 & 1, "jobs": [i for i in ids if i < CANCELLED],
-        "cancelled": [i - CANCELLED for i in ids if i >= CANCELLED], **checks,
-    }  # fmt: skip
+        "state_digest": raw[:_DIGEST_BYTES].hex(),
+        "connect_lidar": raw[at] & 1,
+        "connect_can": raw[at] >> 1 & 1,
+        "reboot": raw[at] >> 2 & 1,
+        "jobs": [i for i in ids if i < CANCELLED],
+        "cancelled": [i - CANCELLED for i in ids if i >= CANCELLED],
+        **checks,
+    }
 
 
 def _can_out(raw: bytes) -> Iterator[Row]:

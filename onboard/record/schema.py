@@ -46,20 +46,20 @@ POSE = struct.Struct("<6d")
 LAYOUTS = {
     "/in/tick": "tick u64, now_ns i64, lidar_state u8, link_state u8, health 3 x i64, then ids (u32) of jobs taken",
     "/in/bus": "of a CAN bus that is not as at the start: state u8, send failures u32, openings u32, error frames by "
-               "kind 9 x u32, then the error's words",
+    "kind 9 x u32, then the error's words",
     "/in/time": "of a tick that was measured: late_ns i64, numbers of groups and of jobs u8 each, nanoseconds i64 of "
-                "each",
+    "each",
     "/in/machine": "of a tick after a look at the computer: the fields of onboard.records.status.Machine, 6 x f64",
     "/in/record": "of a record that is not all well: keeps u8, trouble u8, lost ticks u64, then the error's words",
     "/in/can": "per frame: stamp_ns i64, id u16, length u8, data",
     "/in/lidar": "per chunk: rx_ns i64, length u32, data",
     "/in/disk": "per result of a save: name length u8, error length u8, both",
     "/in/registration": "per registration whose job was taken: its id u32, length u32, then T_map_base and covariance "
-                        "(each 16 x f64, row by row), inlier ratio, apart_m, moved_m, moved_rad (f64), JSON of the "
-                        "rest: onboard.record.registrations",
+    "(each 16 x f64, row by row), inlier ratio, apart_m, moved_m, moved_rad (f64), JSON of the "
+    "rest: onboard.record.registrations",
     "/in/link": "per message: rx_ns i64, accepted u8, station u8, kind u8, verdict length u8, payload length u16, both",
     "/out/tick": "state digest 8 B, CRC-32 of the ten input messages (10 x u32, in the order of this list), connect "
-                 "u8 (1 LIDAR, 2 CAN, 4 reboot), then ids (u32) of new jobs, with the highest bit set cancelled ones",
+    "u8 (1 LIDAR, 2 CAN, 4 reboot), then ids (u32) of new jobs, with the highest bit set cancelled ones",
     "/out/can": "per frame: id u16, length u8, data",
     "/out/lidar": "bytes",
     "/out/link": "per payload: kind u8, length u16, data",
@@ -67,7 +67,7 @@ LAYOUTS = {
     "/out/pose": "estimate: x, y, z (m), roll, pitch, yaw (rad), 6 x f64",
     "/out/disk": "per save: name length u8, data length u32, both",
     "/state": "which item of state differs: number of parts u8, items of each u16, a check byte of each item: "
-              "onboard.record.state_checks",
+    "onboard.record.state_checks",
     "/plan": "of a tick that took a plan: onboard.planning.archive, .npz",
 }
 INPUTS = tuple(topic for topic in LAYOUTS if topic.startswith("/in/"))
@@ -80,7 +80,11 @@ def encode_inputs(inputs: Inputs) -> dict[str, bytes]:
     """Encode inputs: topic -> message, for the channels that have data; /in/tick always."""
     ids = b"".join(struct.pack("<I", job.job_id) for job in inputs.jobs)
     head = TICK.pack(
-        inputs.tick, inputs.now_ns, inputs.lidar_state, inputs.link_state, *inputs.health,
+        inputs.tick,
+        inputs.now_ns,
+        inputs.lidar_state,
+        inputs.link_state,
+        *inputs.health,
     )
     messages = {"/in/tick": head + ids}
     if inputs.can != BusStatus():
@@ -100,7 +104,8 @@ def encode_inputs(inputs: Inputs) -> dict[str, bytes]:
     if inputs.link_messages:
         messages["/in/link"] = b"".join(
             _MESSAGE.pack(m.rx_ns, m.accepted, m.station, m.kind, len(m.verdict), len(m.payload))
-            + m.verdict.encode() + m.payload
+            + m.verdict.encode()
+            + m.payload
             for m in inputs.link_messages
         )
     if inputs.saved:
@@ -117,12 +122,18 @@ def decode_inputs(messages: dict[str, bytes]) -> tuple[Inputs, tuple[int, ...]]:
     tick, now_ns, lidar_state, link_state, *health = TICK.unpack_from(raw)
     ids = struct.unpack(f"<{(len(raw) - TICK.size) // 4}I", raw[TICK.size :])
     inputs = Inputs(
-        tick, now_ns,
-        can_frames=read_frames(messages.get("/in/can", b"")), can=read_bus(messages.get("/in/bus", b"")),
-        lidar_chunks=read_chunks(messages.get("/in/lidar", b"")), lidar_state=PortState(lidar_state),
-        link_messages=read_link(messages.get("/in/link", b"")), link_state=PortState(link_state),
-        health=Health(*health), timing=read_timing(messages.get("/in/time", b"")),
-        saved=read_saved(messages.get("/in/disk", b"")), record=read_record(messages.get("/in/record", b"")),
+        tick,
+        now_ns,
+        can_frames=read_frames(messages.get("/in/can", b"")),
+        can=read_bus(messages.get("/in/bus", b"")),
+        lidar_chunks=read_chunks(messages.get("/in/lidar", b"")),
+        lidar_state=PortState(lidar_state),
+        link_messages=read_link(messages.get("/in/link", b"")),
+        link_state=PortState(link_state),
+        health=Health(*health),
+        timing=read_timing(messages.get("/in/time", b"")),
+        saved=read_saved(messages.get("/in/disk", b"")),
+        record=read_record(messages.get("/in/record", b"")),
         machine=read_machine(messages.get("/in/machine", b"")),
     )
     return inputs, ids
@@ -221,9 +232,10 @@ def encode_outputs(outputs: Outputs, inputs: dict[str, bytes]) -> dict[str, byte
     """Encode one tick's outputs: topic -> message; /out/tick contains checksums of the inputs."""
     checks = _CHECKS.pack(*(zlib.crc32(inputs.get(topic, b"")) for topic in INPUTS))
     ids = struct.pack(
-        f"<{len(outputs.jobs) + len(outputs.cancelled)}I", *(job.job_id for job in outputs.jobs),
+        f"<{len(outputs.jobs) + len(outputs.cancelled)}I",
+        *(job.job_id for job in outputs.jobs),
         *(job_id | CANCELLED for job_id in outputs.cancelled),
-    )  # fmt: skip
+    )
     connect = outputs.lidar_connect | outputs.can_connect << 1 | outputs.reboot << 2
     messages = {"/out/tick": outputs.state_digest + checks + bytes([connect]) + ids}
     if outputs.can_frames:

@@ -102,8 +102,11 @@ def _records(file: BinaryIO, since_ns: int, until_ns: int) -> Iterator[tuple[int
 def _messages(chunk: Chunk, topics: dict[int, str], wanted: Wanted) -> Rows:
     since_ns, until_ns, slim = wanted
     left_out = SLIM_LEAVES_OUT if slim else ()
-    return [(topics[r.channel_id], r) for r in breakup_chunk(chunk, validate_crc=True)
-            if isinstance(r, Message) and since_ns <= r.log_time <= until_ns and topics[r.channel_id] not in left_out]
+    return [
+        (topics[r.channel_id], r)
+        for r in breakup_chunk(chunk, validate_crc=True)
+        if isinstance(r, Message) and since_ns <= r.log_time <= until_ns and topics[r.channel_id] not in left_out
+    ]
 
 
 def _write(rows: Rows, attached: dict[str, bytes], limit_bytes: int) -> tuple[bytes, int]:
@@ -112,10 +115,15 @@ def _write(rows: Rows, attached: dict[str, bytes], limit_bytes: int) -> tuple[by
     writer = Writer(file, 1 << 31, CompressionType.ZSTD, IndexType.CHUNK, enable_data_crcs=True)
     writer.start(profile="", library="el-dorado")
     first, last = rows[0][1].log_time // TICK_NS, rows[-1][1].log_time // TICK_NS
-    writer.add_metadata(PART, {
-        "number": "1", "first_tick": str(rows[0][1].sequence), "cut_from": "the record of the run",
-        "cut_ticks": f"{first} to {last}",
-    })  # fmt: skip
+    writer.add_metadata(
+        PART,
+        {
+            "number": "1",
+            "first_tick": str(rows[0][1].sequence),
+            "cut_from": "the record of the run",
+            "cut_ticks": f"{first} to {last}",
+        },
+    )
     for name, data in attached.items():
         writer.add_attachment(0, 0, name, "application/octet-stream", data)
     channels = register(writer)

@@ -74,8 +74,11 @@ class Report:
 
     def as_json(self) -> dict[str, Any]:
         """Return the report as plain values."""
-        return {**asdict(self), "only_recorded": [row._asdict() for row in self.only_recorded],
-                "only_now": [row._asdict() for row in self.only_now]}  # fmt: skip
+        return {
+            **asdict(self),
+            "only_recorded": [row._asdict() for row in self.only_recorded],
+            "only_now": [row._asdict() for row in self.only_now],
+        }
 
 
 def changed_config(path: Path, with_config: Path | None, overrides: Mapping[str, Any]) -> Config:
@@ -106,8 +109,10 @@ def fly(path: Path, config: Config) -> Report:
         with reading(number, "its outputs"):
             _compare(report, number, recorded, made)
             for rows, messages in zip(told, (recorded, made)):
-                rows += [Told(row["now_ns"] / 1e9, row["name"], row["text"])
-                         for row in json.loads(messages.get("/out/event", b"[]"))]  # fmt: skip
+                rows += [
+                    Told(row["now_ns"] / 1e9, row["name"], row["text"])
+                    for row in json.loads(messages.get("/out/event", b"[]"))
+                ]
     report.only_recorded, report.only_now = _without(told[0], told[1]), _without(told[1], told[0])
     return report
 

@@ -50,9 +50,13 @@ class Recorder:
     """
 
     def __init__(
-        self, config: Config, gdem: Gdem | None, tiles: Iterable[Tile] = (),
-        kept: Mapping[str, bytes] = MappingProxyType({}), opener: Opener = DiskFile,
-    ) -> None:  # fmt: skip
+        self,
+        config: Config,
+        gdem: Gdem | None,
+        tiles: Iterable[Tile] = (),
+        kept: Mapping[str, bytes] = MappingProxyType({}),
+        opener: Opener = DiskFile,
+    ) -> None:
         self._config, self._opener = config, opener
         self._files: list[RecordFile] = []  # the last one is written to; earlier ones still have waiting data
         self._number = self._lost_ticks = self._chunk_bytes = 0
@@ -173,7 +177,10 @@ class Recorder:
         file = RecordFile(path, config.record.spare_bytes, config.clock.mode == "lockstep", self._open)
         self._files.append(file)
         self._writer: Writer = Writer(
-            file, chunk_size=1 << 31, compression=CompressionType.ZSTD, enable_data_crcs=True  # type: ignore[arg-type]
+            file,  # type: ignore[arg-type]
+            chunk_size=1 << 31,
+            compression=CompressionType.ZSTD,
+            enable_data_crcs=True,
         )
         self._writer.start(profile="", library="el-dorado")
         self._writer.add_metadata(PART, {"number": str(self._number), **part})

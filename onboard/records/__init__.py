@@ -49,6 +49,7 @@ from onboard.records.status import Timing as Timing
 
 # -- ports: inputs from the shell to the core, and requests of the core to the shell ---------------------------
 
+
 class Frame(NamedTuple):
     """One CAN frame. `stamp_ns` is the time of its arrival (0 on frames to be sent)."""
 

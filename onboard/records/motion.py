@@ -33,12 +33,14 @@ class Pose:
         cr, sr = cos(self.roll_rad), sin(self.roll_rad)
         cp, sp = cos(self.pitch_rad), sin(self.pitch_rad)
         cy, sy = cos(self.yaw_rad), sin(self.yaw_rad)
-        return np.array([
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr, self.x_m],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr, self.y_m],
-            [-sp, cp * sr, cp * cr, self.z_m],
-            [0.0, 0.0, 0.0, 1.0],
-        ])
+        return np.array(
+            [
+                [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr, self.x_m],
+                [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr, self.y_m],
+                [-sp, cp * sr, cp * cr, self.z_m],
+                [0.0, 0.0, 0.0, 1.0],
+            ]
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -92,10 +92,13 @@ def _computer(told: dict[str, float | None] | None) -> str:
     if told is None:
         return "says nothing of itself (it is looked at once a second, on the wall clock)"
     parts = {
-        "cpu_ratio": (100, "% of the processor at work"), "process_ratio": (1, "cores for this program"),
-        "rss_bytes": (1e-6, "MB resident"), "free_memory_bytes": (1e-6, "MB of memory free"),
-        "temperature_c": (1, "°C"), "free_disk_bytes": (1e-9, "GB of disk free"),
-    }  # fmt: skip
+        "cpu_ratio": (100, "% of the processor at work"),
+        "process_ratio": (1, "cores for this program"),
+        "rss_bytes": (1e-6, "MB resident"),
+        "free_memory_bytes": (1e-6, "MB of memory free"),
+        "temperature_c": (1, "°C"),
+        "free_disk_bytes": (1e-9, "GB of disk free"),
+    }
     known = {name: value for name, value in told.items() if value is not None}
     return ", ".join(f"{known[name] * scale:.4g} {unit}" for name, (scale, unit) in parts.items() if name in known)
 
@@ -123,9 +126,12 @@ def _ticks(ticks: dict[str, Any], clock: str) -> list[str]:
         f"wake-up late: 50 % under {below['p50']} us, 99 % under {below['p99']} us, 99.9 % under {below['p999']} us, "
         f"worst {ticks['late_worst_ms']:.2f} ms; longest tick {ticks['worst_ms']:.2f} ms",
         f"ticks left out: {ticks['slipped']}",
-        *(f"  {row['ticks']} by {row['cause']}{' beside ' + row['job'] if row['job'] else ''}, {row['worst_ms']:.1f} ms"
-          for row in ticks["slips"]),
-    ]  # fmt: skip
+        *(
+            f"  {row['ticks']} by {row['cause']}{' beside ' + row['job'] if row['job'] else ''}, "
+            f"{row['worst_ms']:.1f} ms"
+            for row in ticks["slips"]
+        ),
+    ]
 
 
 def _jobs(jobs: dict[str, Any]) -> list[str]:

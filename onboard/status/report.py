@@ -69,11 +69,16 @@ def _computer(machine: Machine | None) -> dict[str, float | None] | None:
 
 def _groups(pace: Pace) -> list[dict[str, Any]]:
     return [
-        {"name": row.name, "rate_hz": row.rate_hz, "budget_us": row.budget_ns / 1e3,
-         "worst_us": pace.worst_ns[row.group] / 1e3, "over_budget": pace.over_budget[row.group],
-         "slips": pace.schedule.slips[row.group]}
+        {
+            "name": row.name,
+            "rate_hz": row.rate_hz,
+            "budget_us": row.budget_ns / 1e3,
+            "worst_us": pace.worst_ns[row.group] / 1e3,
+            "over_budget": pace.over_budget[row.group],
+            "slips": pace.schedule.slips[row.group],
+        }
         for row in GROUPS
-    ]  # fmt: skip
+    ]
 
 
 def _ticks(pace: Pace) -> dict[str, Any]:
@@ -92,8 +97,12 @@ def _ticks(pace: Pace) -> dict[str, Any]:
 
 def _jobs(rover: Rover) -> dict[str, Any]:
     kept = {
-        name: {"done": row.done, "late": row.late, "worst_late_ticks": row.worst_late_ticks,
-               "worst_ms": row.worst_ns / 1e6}
+        name: {
+            "done": row.done,
+            "late": row.late,
+            "worst_late_ticks": row.worst_late_ticks,
+            "worst_ms": row.worst_ns / 1e6,
+        }
         for name, row in rover.jobs.kept.items()
-    }  # fmt: skip
+    }
     return {"running": list(rover.jobs.running), "kept": kept}

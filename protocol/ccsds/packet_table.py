@@ -92,8 +92,9 @@ def _telemetry() -> tuple[TelemetryPacket, ...]:
     others = [(f"ITEMS_{n}", items) for n, (_, items) in enumerate((f for f in FRAMES if not f[0]), start=1)]
     return tuple(
         TelemetryPacket(first + n, name, f"telemetry items of {name}", tuple(_of_item(item) for item in items))
-        for first, rows in ((_FIRST_APID, own), (_ITEMS_APID, others)) for n, (name, items) in enumerate(rows)
-    )  # fmt: skip
+        for first, rows in ((_FIRST_APID, own), (_ITEMS_APID, others))
+        for n, (name, items) in enumerate(rows)
+    )
 
 
 _EVENT = TelemetryPacket(EVENT_APID, "EVENT", "something worth telling a person, once", (
@@ -146,11 +147,16 @@ def field_of(argument: Argument) -> Field:
     name, meaning = argument.name, argument.meaning
     match argument.kind:
         case Kind.NUMBER:
-            return Field(name, "f64", meaning, argument.unit, limits=(argument.low, argument.high),
-                         required=argument.required)
+            return Field(
+                name, "f64", meaning, argument.unit, limits=(argument.low, argument.high), required=argument.required
+            )
         case Kind.CHOICE:
-            return Field(name, "u8", meaning, names=dict(enumerate(argument.choices)) | (
-                {} if argument.required else {LEFT_OUT: "left_out"}))
+            return Field(
+                name,
+                "u8",
+                meaning,
+                names=dict(enumerate(argument.choices)) | ({} if argument.required else {LEFT_OUT: "left_out"}),
+            )
         case Kind.TEXT:
             return Field(name, "text", meaning, size=argument.most + 1)
     told = f"{meaning}: numbers x y x y ... in {argument.unit}, {argument.least} to {argument.most} points"

@@ -35,8 +35,10 @@ _PACKET = "space_packet"
 def xtce() -> str:
     """Return the text of the file."""
     Xml.register_namespace("xsi", _INSTANCE)
-    root = Xml.Element("SpaceSystem", {"name": SPACE_SYSTEM, "xmlns": _NAMESPACE,
-                                       f"{{{_INSTANCE}}}schemaLocation": f"{_NAMESPACE} {_SCHEMA}"})
+    root = Xml.Element(
+        "SpaceSystem",
+        {"name": SPACE_SYSTEM, "xmlns": _NAMESPACE, f"{{{_INSTANCE}}}schemaLocation": f"{_NAMESPACE} {_SCHEMA}"},
+    )
     _described(root, "Made from protocol/tables/telemetry.py and protocol/tables/commands.py by tools/make_docs.py")
     telemetry = Xml.SubElement(root, "TelemetryMetaData")
     _parameters(telemetry)
@@ -136,8 +138,11 @@ def _limits(made: Xml.Element, field: Field, of: str) -> None:
     """Add a parameter's alarm limits, or the valid range of an argument. An optional argument may be NaN: no range."""
     if field.limits is None:
         return
-    named = {word: repr(float(limit)) for word, limit in zip(("minInclusive", "maxInclusive"), field.limits)
-             if math.isfinite(limit)}
+    named = {
+        word: repr(float(limit))
+        for word, limit in zip(("minInclusive", "maxInclusive"), field.limits)
+        if math.isfinite(limit)
+    }
     if of == "Parameter":
         alarm = Xml.SubElement(Xml.SubElement(made, "DefaultAlarm"), "StaticAlarmRanges")
         Xml.SubElement(alarm, "WarningRange", named)
@@ -162,15 +167,17 @@ def _command(commands: Xml.Element, row: Command) -> None:
     start = Xml.SubElement(arguments, "Argument", name="start_s", argumentTypeRef="start_s_type", initialValue="0.0")
     _described(start, packet_table.COMMAND_HEAD[1].meaning)
     for argument in row.arguments:
-        named = Xml.SubElement(arguments, "Argument", name=argument.name,
-                               argumentTypeRef=f"{row.name}_{argument.name}_type")
+        named = Xml.SubElement(
+            arguments, "Argument", name=argument.name, argumentTypeRef=f"{row.name}_{argument.name}_type"
+        )
         _described(named, packet_table.field_of(argument).meaning)
         if not argument.required:
             named.set("initialValue", packet_table.left_out(argument))
     entries = Xml.SubElement(Xml.SubElement(made, "CommandContainer", name=f"{row.name}_packet"), "EntryList")
     size = sum(field.bits for field in packet_table.fields_of(row)) // 8
-    head = space_packets.encode(space_packets.Packet(space_packets.TELECOMMAND, packet_table.COMMAND_APID, 0,
-                                                     bytes(size)))[: space_packets.HEAD.size]
+    head = space_packets.encode(
+        space_packets.Packet(space_packets.TELECOMMAND, packet_table.COMMAND_APID, 0, bytes(size))
+    )[: space_packets.HEAD.size]
     _fixed(entries, "primary_header", head)
     _fixed(entries, "command", bytes([row.id]))
     for name in ("start_s", *(argument.name for argument in row.arguments)):

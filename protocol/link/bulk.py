@@ -165,10 +165,22 @@ class Sender:
         head = ANNOUNCE.pack(len(data), self._size, sha, len(names[0]), len(names[1]))
         chunks = [data[at : at + self._size] for at in range(0, len(data), self._size)]
         none, serial = [0] * len(chunks), now_ns // 1_000_000 % (1 << 31)
-        self._transfers.append(_Transfer(
-            object_id, name, priority, head + names[0] + names[1], chunks, now_ns, serial, serial, serial,
-            acked=[False] * len(chunks), serial_of=none, sent_ns=none.copy(),
-        ))
+        self._transfers.append(
+            _Transfer(
+                object_id,
+                name,
+                priority,
+                head + names[0] + names[1],
+                chunks,
+                now_ns,
+                serial,
+                serial,
+                serial,
+                acked=[False] * len(chunks),
+                serial_of=none,
+                sent_ns=none.copy(),
+            )
+        )
         if object_id in self._hints:
             self._transfers[-1].believe(*self._hints.pop(object_id))
         self._transfers.sort(key=lambda t: -t.priority)

@@ -50,6 +50,8 @@ def windows(spans: Iterable[tuple[int, int]]) -> Windows:
             raise ValueError(f"the window {begin / 1e9:g} to {end / 1e9:g} s ends before it begins")
     for (_, end), (begin, _) in pairwise(ordered):
         if begin <= end:
-            raise ValueError(f"the window that begins at {begin / 1e9:g} s should begin after {end / 1e9:g} s, "
-                             "where the one before ends")
+            raise ValueError(
+                f"the window that begins at {begin / 1e9:g} s should begin after {end / 1e9:g} s, "
+                "where the one before ends"
+            )
     return Windows(tuple(ordered))

@@ -185,9 +185,15 @@ class Opener:
     """
 
     def __init__(
-        self, keys: Keyring, window: int = WINDOW, *, boot_id: int | None = None, newest_boot_id: int = 0,
-        epoch: int | None = None, marks: Mapping[int, int] | None = None,
-    ) -> None:  # fmt: skip
+        self,
+        keys: Keyring,
+        window: int = WINDOW,
+        *,
+        boot_id: int | None = None,
+        newest_boot_id: int = 0,
+        epoch: int | None = None,
+        marks: Mapping[int, int] | None = None,
+    ) -> None:
         self._keys, self._size, self._mask = keys, window, (1 << window) - 1
         self._fixed = boot_id is not None
         self.boot_id = newest_boot_id if boot_id is None else boot_id

@@ -99,8 +99,10 @@ def parse_keys(text: str) -> Keyring:
                 raise ValueError
             direction, secrets[int(key_id)] = name, bytes.fromhex(secret)
         except ValueError:
-            raise ValueError(f"key file, line {number}: should be `{KEY_UP} ID SECRET` (64 hex digits, one direction, "
-                             "each id once) or `epoch N ...`") from None
+            raise ValueError(
+                f"key file, line {number}: should be `{KEY_UP} ID SECRET` (64 hex digits, one direction, "
+                "each id once) or `epoch N ...`"
+            ) from None
     if not secrets:
         raise ValueError("key file: no key in it")
     return Keyring(direction, secrets, epochs)

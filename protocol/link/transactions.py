@@ -92,7 +92,13 @@ class Requester:
         self._open: dict[int, Request] = {}
 
     def request(
-        self, name: str, arguments: commands.Arguments, now_ns: int, *, issued_ns: int = 0, expiry_ns: int = 0,
+        self,
+        name: str,
+        arguments: commands.Arguments,
+        now_ns: int,
+        *,
+        issued_ns: int = 0,
+        expiry_ns: int = 0,
         start_ns: int = 0,
     ) -> int:
         """Create a request; `send` returns its datagrams. Raises ValueError as commands.check does."""
@@ -171,8 +177,11 @@ class Requester:
     @property
     def unheard_moves(self) -> list[int]:
         """Requests that let the rover move and have no report yet: they are retransmitted."""
-        return [request_id for request_id, request in self._open.items()
-                if request.state is State.REQUESTED and commands.command(request.telecommand.name).frees]
+        return [
+            request_id
+            for request_id, request in self._open.items()
+            if request.state is State.REQUESTED and commands.command(request.telecommand.name).frees
+        ]
 
     def refuse(self, text: str, now_ns: int) -> list[Report]:
         """End all open requests but halting ones: the ground refuses them itself."""
@@ -341,8 +350,10 @@ class Executor:
     @property
     def waits(self) -> list[str]:
         """Waiting requests as text, the earliest first: command, start, station and request id."""
-        return [f"{asked.name} at {asked.start_ns / 1e9:.1f} s ({key >> 32}#{key & 0xFFFFFFFF})"
-                for key, asked in self._waiting.items()]
+        return [
+            f"{asked.name} at {asked.start_ns / 1e9:.1f} s ({key >> 32}#{key & 0xFFFFFFFF})"
+            for key, asked in self._waiting.items()
+        ]
 
     def due(self, now_ns: int, mode: Mode) -> list[Order]:
         """Return the orders whose start time has come and that may be executed now, the earliest first."""

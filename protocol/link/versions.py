@@ -26,8 +26,9 @@ class Versions(NamedTuple):
     def differences(self, rover: Versions) -> str:
         """Text `dictionary 1a2b3c4d here, 5e6f7a8b on the rover` for each that differs; '' if none does."""
         rows = zip(self._fields, self, rover)
-        return "; ".join(f"{name} {here:08x} here, {there:08x} on the rover" for name, here, there in rows
-                         if here != there)
+        return "; ".join(
+            f"{name} {here:08x} here, {there:08x} on the rover" for name, here, there in rows if here != there
+        )
 
 
 def digest(contract: Any) -> int:
@@ -37,13 +38,23 @@ def digest(contract: Any) -> int:
 
 def dictionary() -> tuple[Any, ...]:
     """Contract of commands, their reports, telemetry, modes, events and faults."""
-    rows = [(row.id, row.name, tuple(_argument(a) for a in row.arguments), tuple(map(int, row.modes)), row.sends,
-             row.free) for row in commands.TABLE]
+    rows = [
+        (row.id, row.name, tuple(_argument(a) for a in row.arguments), tuple(map(int, row.modes)), row.sends, row.free)
+        for row in commands.TABLE
+    ]
     items = [(r.id, r.name, r.unit, r.message, r.field, r.scale) for r in telemetry.TABLE]
-    enums = [(kind.__name__, tuple((e.name, int(e)) for e in kind))
-             for kind in (modes.Mode, modes.Phase, transactions.State, transactions.Code)]
-    return (*rows, *items, *enums, tuple(row.name for row in modes.EVENTS), events.CAPACITY,
-            tuple((fault.number, fault.name) for fault in faults.FAULTS))
+    enums = [
+        (kind.__name__, tuple((e.name, int(e)) for e in kind))
+        for kind in (modes.Mode, modes.Phase, transactions.State, transactions.Code)
+    ]
+    return (
+        *rows,
+        *items,
+        *enums,
+        tuple(row.name for row in modes.EVENTS),
+        events.CAPACITY,
+        tuple((fault.number, fault.name) for fault in faults.FAULTS),
+    )
 
 
 def _argument(a: commands.Argument) -> tuple[Any, ...]:
@@ -54,8 +65,10 @@ def _argument(a: commands.Argument) -> tuple[Any, ...]:
 def dialect() -> tuple[Any, ...]:
     """Contract of the MAVLink messages: the meaning of their bytes. The values of enums are named in the common set."""
     kinds = eldorado_dialect.mavlink_map
-    return tuple((number, kind.msgname, kind.crc_extra, tuple(kind.ordered_fieldnames), tuple(kind.lengths))
-                 for number, kind in sorted(kinds.items()))
+    return tuple(
+        (number, kind.msgname, kind.crc_extra, tuple(kind.ordered_fieldnames), tuple(kind.lengths))
+        for number, kind in sorted(kinds.items())
+    )
 
 
 OURS = Versions(digest(dictionary()), int(DBC_SHA256[:8], 16), digest(dialect()))

@@ -38,14 +38,25 @@ class ProductKind(NamedTuple):
 
 
 PRODUCTS = (
-    ProductKind("ldem", LDEM_CODEC, "the map around the rover: heights and node sets of the newest plan",
-                "heights at most 1 mm, node sets exact"),
-    ProductKind("scan", SCAN_CODEC, "the newest sweep of the scanner as a range image, with the pose of its entry",
-                "ranges at most 1 mm, tilt at most 5 microradians, times at most 0.5 microseconds"),
-    ProductKind("nsp", NSP_CODEC, "the newest decision: where next and why, with its scores and alternatives",
-                "exact"),
+    ProductKind(
+        "ldem",
+        LDEM_CODEC,
+        "the map around the rover: heights and node sets of the newest plan",
+        "heights at most 1 mm, node sets exact",
+    ),
+    ProductKind(
+        "scan",
+        SCAN_CODEC,
+        "the newest sweep of the scanner as a range image, with the pose of its entry",
+        "ranges at most 1 mm, tilt at most 5 microradians, times at most 0.5 microseconds",
+    ),
+    ProductKind("nsp", NSP_CODEC, "the newest decision: where next and why, with its scores and alternatives", "exact"),
     ProductKind("record", RECORD_CODEC, "a part of the onboard record by its time, a record of its own", "exact"),
-    ProductKind("height_std", HEIGHT_STD_CODEC, "1 sigma of the heights that each cell of the map was hit at",
-                "at most 19 %, from 1 mm on"),
+    ProductKind(
+        "height_std",
+        HEIGHT_STD_CODEC,
+        "1 sigma of the heights that each cell of the map was hit at",
+        "at most 19 %, from 1 mm on",
+    ),
 )
 PRODUCT_NAMES = tuple(row.name for row in PRODUCTS)

@@ -77,11 +77,22 @@ def encode_ldem(product: LdemProduct, step_m: float = STEP_M) -> bytes:
     folded = fold(residuals(quanta, known, median_edge))
     planes = planes_of(folded)
     packed = [
-        compress(to_planes(folded, planes)), compress(np.packbits(known).tobytes()),
+        compress(to_planes(folded, planes)),
+        compress(np.packbits(known).tobytes()),
         compress(product.node_sets.astype(np.uint8).tobytes()),
-    ]  # fmt: skip
-    head = _HEAD.pack(_MAGIC, grid.rows, grid.columns, grid.x0_m, grid.y0_m, grid.cell_m, step_m, offset_m, planes,
-                      *(len(p) for p in packed))
+    ]
+    head = _HEAD.pack(
+        _MAGIC,
+        grid.rows,
+        grid.columns,
+        grid.x0_m,
+        grid.y0_m,
+        grid.cell_m,
+        step_m,
+        offset_m,
+        planes,
+        *(len(p) for p in packed),
+    )
     return head + b"".join(packed)
 
 

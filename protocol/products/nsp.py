@@ -88,12 +88,16 @@ def encode_nsp(told: Explanation) -> bytes:
     if max(map(len, texts)) > MOST_TEXT_BYTES or max(map(len, names.values()), default=0) > 0xFF:
         raise ValueError(f"a text of more than {MOST_TEXT_BYTES} B, or a rule of more than 255")
     numbers = (*told.pose, *told.goal_m, *told.end, told.way_m, *told.weights)
-    return b"".join((
-        _HEAD.pack(_MAGIC, told.stop & 0xFFFF, len(told.places), len(told.rejected), told.scored, told.cells, *numbers),
-        *(_PLACE.pack(*place) for place in told.places),
-        *(_COUNT.pack(count, len(names[name])) + names[name] for name, count in told.rejected.items()),
-        *(_LENGTH.pack(len(text)) + text for text in texts),
-    ))  # fmt: skip
+    return b"".join(
+        (
+            _HEAD.pack(
+                _MAGIC, told.stop & 0xFFFF, len(told.places), len(told.rejected), told.scored, told.cells, *numbers
+            ),
+            *(_PLACE.pack(*place) for place in told.places),
+            *(_COUNT.pack(count, len(names[name])) + names[name] for name, count in told.rejected.items()),
+            *(_LENGTH.pack(len(text)) + text for text in texts),
+        )
+    )
 
 
 def decode_nsp(data: bytes) -> Explanation:
@@ -112,9 +116,18 @@ def decode_nsp(data: bytes) -> Explanation:
         raise WireError("product", str(error)) from error
     x, y, yaw, goal_x, goal_y, end_x, end_y, end_yaw, way_m, gain, distance = numbers
     return Explanation(
-        stop, (x, y, yaw), (goal_x, goal_y), (end_x, end_y, end_yaw), way_m, (gain, distance), *texts, scored, cells,
-        found, rejected,
-    )  # fmt: skip
+        stop,
+        (x, y, yaw),
+        (goal_x, goal_y),
+        (end_x, end_y, end_yaw),
+        way_m,
+        (gain, distance),
+        *texts,
+        scored,
+        cells,
+        found,
+        rejected,
+    )
 
 
 def _counts(data: bytes, at: int, number: int) -> tuple[dict[str, int], int]:

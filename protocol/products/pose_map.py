@@ -54,8 +54,9 @@ def encode_poses(poses: PoseMap) -> bytes:
         word |= freedom[o].astype(np.uint16) << np.uint16(2 * o)
     planes = (word & 0xFF).astype(np.uint8).tobytes() + (word >> 8).astype(np.uint8).tobytes()
     packed = compress(planes)
-    head = _HEAD.pack(MAGIC, poses.known, poses.settings, *poses.pose, *freedom.shape[1:], len(poses.slippery_m),
-                      len(packed))
+    head = _HEAD.pack(
+        MAGIC, poses.known, poses.settings, *poses.pose, *freedom.shape[1:], len(poses.slippery_m), len(packed)
+    )
     return head + np.array(poses.slippery_m, "<f4").tobytes() + packed
 
 

@@ -72,8 +72,10 @@ def encode_scan(product: ScanProduct, step_m: float = STEP_M) -> bytes:
     lines, beams = product.ranges_m.shape
     samples = len(product.tilt_ns)
     if product.status.shape != (lines, beams) or {len(product.start_ns), len(product.beam_ns)} != {lines}:
-        raise ValueError(f"{lines} lines of {beams} beams, statuses {product.status.shape}, "
-                         f"{len(product.start_ns)} starts, {len(product.beam_ns)} beam times")
+        raise ValueError(
+            f"{lines} lines of {beams} beams, statuses {product.status.shape}, "
+            f"{len(product.start_ns)} starts, {len(product.beam_ns)} beam times"
+        )
     if len(product.tilt_rad) != samples or not 0 < lines * beams <= _MAX_PIXELS or max(lines, beams, samples) > 0xFFFF:
         raise ValueError(f"{lines} x {beams} pixels, {samples} times and {len(product.tilt_rad)} angles of the axis")
     known = product.status == 0
@@ -84,11 +86,24 @@ def encode_scan(product: ScanProduct, step_m: float = STEP_M) -> bytes:
     packed = [
         compress(product.status.astype(np.uint8).tobytes()),
         pack_integers(residuals(quanta, known, mean_of_three)[known]),
-        _pack_times(product.start_ns), compress(product.beam_ns.astype("<f8").tobytes()),
-        _pack_times(product.tilt_ns), _pack_steps(np.rint(product.tilt_rad / TILT_STEP_RAD).astype(np.int64)),
-    ]  # fmt: skip
-    head = _HEAD.pack(_MAGIC, product.stop & 0xFFFF, lines, beams, samples, product.first_angle_rad, product.step_rad,
-                      step_m, *_top(product.T_map_base), *_top(product.T_base_scanner), *(len(p) for p in packed))
+        _pack_times(product.start_ns),
+        compress(product.beam_ns.astype("<f8").tobytes()),
+        _pack_times(product.tilt_ns),
+        _pack_steps(np.rint(product.tilt_rad / TILT_STEP_RAD).astype(np.int64)),
+    ]
+    head = _HEAD.pack(
+        _MAGIC,
+        product.stop & 0xFFFF,
+        lines,
+        beams,
+        samples,
+        product.first_angle_rad,
+        product.step_rad,
+        step_m,
+        *_top(product.T_map_base),
+        *_top(product.T_base_scanner),
+        *(len(p) for p in packed),
+    )
     return head + b"".join(packed)
 
 
@@ -119,9 +134,18 @@ def decode_scan(data: bytes) -> ScanProduct:
     check(bool(((beam_ns >= 0) & (beam_ns <= _MOST_BEAM_NS)).all()), "beams that take no time or a second")
     start_ns, tilt_ns = _unpack_times(parts[2], lines), _unpack_times(parts[4], samples)
     return ScanProduct(
-        stop, first_rad, step_rad, ranges_m.astype(np.float32), status, start_ns, beam_ns, tilt_ns,
-        tilt_rad, _whole(rest[:12]), _whole(rest[12:24]),
-    )  # fmt: skip
+        stop,
+        first_rad,
+        step_rad,
+        ranges_m.astype(np.float32),
+        status,
+        start_ns,
+        beam_ns,
+        tilt_ns,
+        tilt_rad,
+        _whole(rest[:12]),
+        _whole(rest[12:24]),
+    )
 
 
 def _top(T: F64) -> list[float]:

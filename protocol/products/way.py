@@ -55,10 +55,17 @@ def _way(tree: Any) -> WayProduct:
     length_m = None if tree["length_m"] is None else _number(tree, "length_m")
     time_s = None if length_m is None and tree["time_s"] is None else _number(tree, "time_s")
     return WayProduct(
-        _count(tree, "station") if "station" in tree else 0, _count(tree, "request_id") if "request_id" in tree else 0,
-        _word(tree, "kind"), _word(tree, "rule"), _word(tree, "reason"), length_m, time_s, _count(tree, "looks"),
-        _places(tree, "path", 3), _places(tree, "beyond", 2),
-    )  # fmt: skip
+        _count(tree, "station") if "station" in tree else 0,
+        _count(tree, "request_id") if "request_id" in tree else 0,
+        _word(tree, "kind"),
+        _word(tree, "rule"),
+        _word(tree, "reason"),
+        length_m,
+        time_s,
+        _count(tree, "looks"),
+        _places(tree, "path", 3),
+        _places(tree, "beyond", 2),
+    )
 
 
 def _word(tree: dict[str, Any], key: str) -> str:

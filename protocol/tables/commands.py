@@ -68,7 +68,8 @@ class Command:
     def frees(self) -> bool:
         """True if the command moves the rover or lets it move again: it `moves`, or leaves SAFE or ESTOP."""
         return self.moves or any(
-            way.event == self.name and way.state in _HOLDS and way.next not in _HOLDS for way in TRANSITIONS)
+            way.event == self.name and way.state in _HOLDS and way.next not in _HOLDS for way in TRANSITIONS
+        )
 
 
 FAMILIES = ("map", "faults", "param", "fence", "sequence", "lease", "contacts", "keys")
@@ -81,83 +82,179 @@ _FAULT = Argument("fault", "", 0, 0, "name of its row", text=True, most=24, know
 _SEQUENCE = Argument("sequence", "", 0, 0, "its name", text=True, most=16)
 _PARAMETER = Argument("parameter", "", 0, 0, "section.key, as in the configuration file", text=True, most=48)
 TABLE = (
-    Command(1, "goto", (
-        Argument("x_m", "m", -_FAR_M, _FAR_M, "east in the map frame"),
-        Argument("y_m", "m", -_FAR_M, _FAR_M, "north in the map frame"),
-        Argument("heading_rad", "rad", -math.pi, math.pi, "final yaw; left out: any", required=False),
-    ), _READY, "drive to a place by itself", "12 3"),
+    Command(
+        1,
+        "goto",
+        (
+            Argument("x_m", "m", -_FAR_M, _FAR_M, "east in the map frame"),
+            Argument("y_m", "m", -_FAR_M, _FAR_M, "north in the map frame"),
+            Argument("heading_rad", "rad", -math.pi, math.pi, "final yaw; left out: any", required=False),
+        ),
+        _READY,
+        "drive to a place by itself",
+        "12 3",
+    ),
     Command(2, "stop", (), _ALL, "end all motion; AUTONOMOUS, TELEOP and SEQUENCE become STANDBY", free=True),
     Command(3, "safe", (), _ALL, "go to SAFE", free=True),
     Command(4, "resume", (), (Mode.SAFE,), "leave SAFE for STANDBY"),
     Command(5, "status", (), _ALL, "report mode, phase and pose", free=True),
-    Command(6, "get", (
-        Argument("product", "", 0, 0, "what to send down", choices=PRODUCT_NAMES),
-        Argument("from_s", "s", 0.0, 1e8, "of the record: onboard time; left out: 10 s before to_s", required=False),
-        Argument("to_s", "s", 0.0, 1e8, "of the record: onboard time; left out: a second ago", required=False),
-        Argument("channels", "", 0, 0, "of the record; slim: without scanner, bus, link, plans", required=False,
-                 choices=("all", "slim")),
-    ), _ALL, "send a product down", "record 120 130 slim", free=True),
+    Command(
+        6,
+        "get",
+        (
+            Argument("product", "", 0, 0, "what to send down", choices=PRODUCT_NAMES),
+            Argument(
+                "from_s", "s", 0.0, 1e8, "of the record: onboard time; left out: 10 s before to_s", required=False
+            ),
+            Argument("to_s", "s", 0.0, 1e8, "of the record: onboard time; left out: a second ago", required=False),
+            Argument(
+                "channels",
+                "",
+                0,
+                0,
+                "of the record; slim: without scanner, bus, link, plans",
+                required=False,
+                choices=("all", "slim"),
+            ),
+        ),
+        _ALL,
+        "send a product down",
+        "record 120 130 slim",
+        free=True,
+    ),
     Command(7, "emergency_stop", (), _ALL, "wheels off at once, latched", free=True),
     Command(8, "reset", (), (Mode.ESTOP,), "release the latch of the emergency stop"),
     Command(9, "scan", (), (Mode.STANDBY,), "scan where the rover stands and enter it in the map"),
-    Command(10, "turn", (
-        Argument("heading_rad", "rad", -math.pi, math.pi, "yaw in the map frame"),
-    ), _TELEOP, "turn on the spot, as the operator sees fit", "90"),
-    Command(11, "drive", (
-        Argument("vx_mps", "m/s", -0.2, 0.2, "speed ahead"),
-        Argument("vy_mps", "m/s", -0.2, 0.2, "speed to the left"),
-        Argument("yaw_radps", "rad/s", -0.25, 0.25, "turning to the left"),
-        Argument("duration_s", "s", 0.1, 60.0, "ends it, steering included"),
-        Argument("distance_m", "m", 0.05, 10.0, "ends it as well"),
-    ), _TELEOP, "move as told, no map asked, until one of its bounds is reached", "0.1 0 0 20 1.5"),
-    Command(12, "mission", (
-        Argument("goals_m", "m", -_FAR_M, _FAR_M, "east and north of each", most=16),
-    ), _READY, "drive to one goal after the other by itself", "4 0 8 3 0 0"),
+    Command(
+        10,
+        "turn",
+        (Argument("heading_rad", "rad", -math.pi, math.pi, "yaw in the map frame"),),
+        _TELEOP,
+        "turn on the spot, as the operator sees fit",
+        "90",
+    ),
+    Command(
+        11,
+        "drive",
+        (
+            Argument("vx_mps", "m/s", -0.2, 0.2, "speed ahead"),
+            Argument("vy_mps", "m/s", -0.2, 0.2, "speed to the left"),
+            Argument("yaw_radps", "rad/s", -0.25, 0.25, "turning to the left"),
+            Argument("duration_s", "s", 0.1, 60.0, "ends it, steering included"),
+            Argument("distance_m", "m", 0.05, 10.0, "ends it as well"),
+        ),
+        _TELEOP,
+        "move as told, no map asked, until one of its bounds is reached",
+        "0.1 0 0 20 1.5",
+    ),
+    Command(
+        12,
+        "mission",
+        (Argument("goals_m", "m", -_FAR_M, _FAR_M, "east and north of each", most=16),),
+        _READY,
+        "drive to one goal after the other by itself",
+        "4 0 8 3 0 0",
+    ),
     Command(13, "map_clear", (), (Mode.STANDBY,), "forget the rover's own map, on its disk too"),
     Command(14, "faults_list", (), _ALL, "report which faults are active and which rows are masked", free=True),
-    Command(15, "faults_clear", (_FAULT,), _STANDS, "end a row's mask, and judge anew what was found of it",
-            "ENCODER_BAD"),
-    Command(16, "faults_mask", (
-        _FAULT, Argument("lasting_s", "s", 1.0, 86_400.0, "until the mask ends by itself"),
-    ), (*_READY, Mode.TELEOP, Mode.SAFE), "do not take a row's response for a while", "COMMAND_LOST 600"),
+    Command(
+        15, "faults_clear", (_FAULT,), _STANDS, "end a row's mask, and judge anew what was found of it", "ENCODER_BAD"
+    ),
+    Command(
+        16,
+        "faults_mask",
+        (
+            _FAULT,
+            Argument("lasting_s", "s", 1.0, 86_400.0, "until the mask ends by itself"),
+        ),
+        (*_READY, Mode.TELEOP, Mode.SAFE),
+        "do not take a row's response for a while",
+        "COMMAND_LOST 600",
+    ),
     Command(17, "time", (), _ALL, "report onboard time, and UTC where the rover knows it", free=True),
     Command(18, "reboot", (), _STANDS, "end the flight program in a second; it comes up in STANDBY"),
-    Command(19, "param_list", (), _ALL, "send all parameters, their ranges and the changes made", sends="parameters",
-            free=True),
+    Command(
+        19,
+        "param_list",
+        (),
+        _ALL,
+        "send all parameters, their ranges and the changes made",
+        sends="parameters",
+        free=True,
+    ),
     Command(20, "param_get", (_PARAMETER,), _ALL, "report a parameter", "motion.cruise_mps", free=True),
-    Command(21, "param_set", (
-        _PARAMETER, Argument("value", "", 0, 0, "as in the configuration file", text=True, most=64),
-    ), (*_READY, Mode.TELEOP, Mode.SAFE), "change a parameter", "motion.cruise_mps 0.09"),
+    Command(
+        21,
+        "param_set",
+        (
+            _PARAMETER,
+            Argument("value", "", 0, 0, "as in the configuration file", text=True, most=64),
+        ),
+        (*_READY, Mode.TELEOP, Mode.SAFE),
+        "change a parameter",
+        "motion.cruise_mps 0.09",
+    ),
     Command(22, "param_save", (), (*_READY, Mode.TELEOP, Mode.SAFE), "keep the parameters for the next start"),
-    Command(23, "fence_add", (
-        Argument("fence", "", 0, 0, "its name; one of the same name is replaced", text=True, most=16),
-        Argument("kind", "", 0, 0, "keep_out: never entered; goal: goals lie within", choices=("keep_out", "goal")),
-        Argument("corners_m", "m", -_FAR_M, _FAR_M, "east and north of each", most=16, least=3),
-    ), _ALL, "put a fence in force", "pit keep_out 2 1 4 1 4 3 2 3"),
-    Command(24, "fence_clear", (
-        Argument("fence", "", 0, 0, "its name; left out: all", required=False, text=True, most=16),
-    ), _ALL, "take a fence out of force", "pit"),
+    Command(
+        23,
+        "fence_add",
+        (
+            Argument("fence", "", 0, 0, "its name; one of the same name is replaced", text=True, most=16),
+            Argument("kind", "", 0, 0, "keep_out: never entered; goal: goals lie within", choices=("keep_out", "goal")),
+            Argument("corners_m", "m", -_FAR_M, _FAR_M, "east and north of each", most=16, least=3),
+        ),
+        _ALL,
+        "put a fence in force",
+        "pit keep_out 2 1 4 1 4 3 2 3",
+    ),
+    Command(
+        24,
+        "fence_clear",
+        (Argument("fence", "", 0, 0, "its name; left out: all", required=False, text=True, most=16),),
+        _ALL,
+        "take a fence out of force",
+        "pit",
+    ),
     Command(25, "fence_list", (), _ALL, "send the fences that are in force", sends="fences", free=True),
     Command(26, "return", (), _READY, "drive back to the start along the way that was driven"),
-    Command(27, "sequence_upload", (
-        _SEQUENCE, Argument("number", "", 1.0, 32.0, "of the step, from 1"),
-        Argument("line", "", 0, 0, "the step, as protocol.tables.sequences has it", text=True, most=100),
-    ), _ALL, "one step of a sequence", "survey 1 after 5 or continue goto 3 1"),
+    Command(
+        27,
+        "sequence_upload",
+        (
+            _SEQUENCE,
+            Argument("number", "", 1.0, 32.0, "of the step, from 1"),
+            Argument("line", "", 0, 0, "the step, as protocol.tables.sequences has it", text=True, most=100),
+        ),
+        _ALL,
+        "one step of a sequence",
+        "survey 1 after 5 or continue goto 3 1",
+    ),
     Command(28, "sequence_clear", (_SEQUENCE,), (*_READY, Mode.SAFE), "forget a sequence", "survey"),
-    Command(29, "sequence_check", (_SEQUENCE,), _ALL, "send what each step would do", "survey", sends="sequence",
-            free=True),
+    Command(
+        29, "sequence_check", (_SEQUENCE,), _ALL, "send what each step would do", "survey", sends="sequence", free=True
+    ),
     Command(30, "sequence_run", (_SEQUENCE,), (Mode.STANDBY,), "run a sequence", "survey"),
     Command(31, "sequence_abort", (), (Mode.SEQUENCE,), "end the sequence and what it does"),
     Command(40, "lease_ask", (), _ALL, "ask for the control lease; who holds it is told", free=True),
     Command(41, "lease_release", (), _ALL, "give the control lease to who waits for it, or free it", free=True),
     Command(42, "lease_show", (), _ALL, "report who holds the control lease and who waits for it", free=True),
-    Command(43, "contacts_set", (
-        Argument("windows_s", "s", 0, 2_000_000.0, "begin and end of each, onboard time", most=16),
-    ), _ALL, "say nothing outside of these windows", "600 1200 4200 4800"),
+    Command(
+        43,
+        "contacts_set",
+        (Argument("windows_s", "s", 0, 2_000_000.0, "begin and end of each, onboard time", most=16),),
+        _ALL,
+        "say nothing outside of these windows",
+        "600 1200 4200 4800",
+    ),
     Command(44, "contacts_clear", (), _ALL, "speak at any time"),
-    Command(45, "keys_rotate", (
-        Argument("epoch", "", 0, 255, "one that is loaded, later than the present one"),
-    ), _ALL, "put a key epoch in force, for good", "1"),
+    Command(
+        45,
+        "keys_rotate",
+        (Argument("epoch", "", 0, 255, "one that is loaded, later than the present one"),),
+        _ALL,
+        "put a key epoch in force, for good",
+        "1",
+    ),
 )
 _BY_NAME = {row.name: row for row in TABLE}
 _BY_ID = {row.id: row for row in TABLE}
@@ -174,8 +271,10 @@ def named(name: str, known: Collection[str], what: str) -> str:
     if name in known:
         return name
     near = difflib.get_close_matches(name, known, n=1)
-    raise RefusedError(f"unknown {what} `{name}`; " + (f"did you mean `{near[0]}`?" if near
-                                                       else f"known: {', '.join(known) or 'none'}"))
+    raise RefusedError(
+        f"unknown {what} `{name}`; "
+        + (f"did you mean `{near[0]}`?" if near else f"known: {', '.join(known) or 'none'}")
+    )
 
 
 def command(name: str) -> Command:
@@ -224,7 +323,7 @@ def parse(words: Sequence[str]) -> tuple[str, dict[str, Value]]:
                 raise ValueError(f"{name}: {error}") from None
     if given:
         takes = " ".join(argument.name for argument in row.arguments) or "nothing"
-        raise ValueError(f"{row.typed} takes {takes}, found {' '.join(words[len(row.typed.split()):])}")
+        raise ValueError(f"{row.typed} takes {takes}, found {' '.join(words[len(row.typed.split()) :])}")
     return name, check(name, arguments)
 
 

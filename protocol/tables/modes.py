@@ -1,9 +1,9 @@
 """TABLE of modes, phases, events and transitions. This is the only place where they are listed.
 
-    BOOT --booted--> STANDBY --goto, mission, return, scan--> AUTONOMOUS --arrived, scanned, failed, stop--> STANDBY
-                        |  \\--------- turn, drive ------> TELEOP --------- moved, failed, stop ---------> STANDBY
-                        +---- safe, fault (from everywhere) -----> SAFE --resume--> STANDBY
-                        +---- emergency_stop (from everywhere) --> ESTOP (latched) --reset--> STANDBY
+BOOT --booted--> STANDBY --goto, mission, return, scan--> AUTONOMOUS --arrived, scanned, failed, stop--> STANDBY
+                    |  \\--------- turn, drive ------> TELEOP --------- moved, failed, stop ---------> STANDBY
+                    +---- safe, fault (from everywhere) -----> SAFE --resume--> STANDBY
+                    +---- emergency_stop (from everywhere) --> ESTOP (latched) --reset--> STANDBY
 """
 
 from __future__ import annotations

@@ -22,9 +22,15 @@ from protocol.tables import commands
 from protocol.tables.modes import Mode
 from protocol.tables.telemetry import BY_NAME
 
-OPERATORS: Mapping[str, Callable[[float, float], bool]] = MappingProxyType({
-    "<": operator.lt, "<=": operator.le, "=": operator.eq, ">=": operator.ge, ">": operator.gt,
-})
+OPERATORS: Mapping[str, Callable[[float, float], bool]] = MappingProxyType(
+    {
+        "<": operator.lt,
+        "<=": operator.le,
+        "=": operator.eq,
+        ">=": operator.ge,
+        ">": operator.gt,
+    }
+)
 POLICIES = ("stop", "continue", "safe")
 NEVER = ("stop", "safe", "emergency_stop", "reboot")  # they end a sequence
 _OPERATORS_OWN = ("sequence", "lease", "key")

@@ -69,10 +69,23 @@ TABLE = (
     Item(15, "pitch_rad", "rad", 2, "pitch, positive nose down", _A, "pitch", limits=(-0.44, 0.44)),
     Item(16, "yaw_rad", "rad", 2, "yaw, from east to north", _A, "yaw"),
     Item(17, "yaw_rate_radps", "rad/s", 2, "yaw rate, counter-clockwise", _A, "yawspeed"),
-    *(Item(20 + n, f"steer_{n}_rad", "rad", 2, f"steering angle of wheel {n}", _W, f"steer[{n - 1}]",
-           limits=(-1.84, 1.84)) for n in (1, 2, 3, 4)),
-    *(Item(24 + n, f"rate_{n}_radps", "rad/s", 2, f"rate of wheel {n}", _W, f"rate[{n - 1}]", limits=(-4.2, 4.2))
-      for n in (1, 2, 3, 4)),
+    *(
+        Item(
+            20 + n,
+            f"steer_{n}_rad",
+            "rad",
+            2,
+            f"steering angle of wheel {n}",
+            _W,
+            f"steer[{n - 1}]",
+            limits=(-1.84, 1.84),
+        )
+        for n in (1, 2, 3, 4)
+    ),
+    *(
+        Item(24 + n, f"rate_{n}_radps", "rad/s", 2, f"rate of wheel {n}", _W, f"rate[{n - 1}]", limits=(-4.2, 4.2))
+        for n in (1, 2, 3, 4)
+    ),
     *(Item(28 + n, f"wheel_state_{n}", "", 2, f"state byte of wheel {n}", _W, f"state[{n - 1}]") for n in (1, 2, 3, 4)),
     Item(40, "voltage_v", "V", 1, "battery voltage", _S, "voltage_battery", 1e3, limits=(22, 30)),
     Item(41, "current_a", "A", 1, "battery current", _S, "current_battery", 1e2, limits=(-20, 20)),

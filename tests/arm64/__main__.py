@@ -1,12 +1,12 @@
 """make test-arm64: the flight program for aarch64, under qemu-user, on this machine.
 
-    Debian's aarch64 Python                                       build/arm64, made once
-    the kernels' arithmetic as a program of C++                   there and here: the same bits
-    the lock's wheels, our own wheel                              build/arm64, each made once
-    kernel tests and a part of the suite                          there, under emulation
-    a short drive, all of it here                                 the reference
-    the same drive, the flight program under emulation            bench, link and ground here, over sockets
-    both compared, both records replayed on both                  here (tests/arm64/test_flight.py)
+Debian's aarch64 Python                                       build/arm64, made once
+the kernels' arithmetic as a program of C++                   there and here: the same bits
+the lock's wheels, our own wheel                              build/arm64, each made once
+kernel tests and a part of the suite                          there, under emulation
+a short drive, all of it here                                 the reference
+the same drive, the flight program under emulation            bench, link and ground here, over sockets
+both compared, both records replayed on both                  here (tests/arm64/test_flight.py)
 """
 
 from __future__ import annotations

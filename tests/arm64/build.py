@@ -53,16 +53,30 @@ def wheel(folder: Path, emulated: Emulated) -> Path:
     dist, log = folder / "dist", folder / "build.log"
     shutil.rmtree(dist, ignore_errors=True)
     environment = {
-        **os.environ, "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}",
+        **os.environ,
+        "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}",
         "_PYTHON_HOST_PLATFORM": "linux-aarch64",  # read by sysconfig: the wheel's tag
         "SETUPTOOLS_EXT_SUFFIX": f".cpython-{emulated.tag}-aarch64-linux-gnu.so",
-        "CMAKE_TOOLCHAIN_FILE": str(TOOLCHAIN), "CXXFLAGS": f"-isystem {headers(folder, emulated)}",
-    }  # fmt: skip
+        "CMAKE_TOOLCHAIN_FILE": str(TOOLCHAIN),
+        "CXXFLAGS": f"-isystem {headers(folder, emulated)}",
+    }
     command = [
-        sys.executable, "-m", "pip", "wheel", "-v", "--disable-pip-version-check", "--no-build-isolation", "--no-deps",
-        "-w", str(dist), "-C", f"build-dir={folder / 'cmake'}",
-        "-C", f"cmake.define.Python_INCLUDE_DIR={emulated.root}/usr/include/python{emulated.version}", str(ROOT),
-    ]  # fmt: skip
+        sys.executable,
+        "-m",
+        "pip",
+        "wheel",
+        "-v",
+        "--disable-pip-version-check",
+        "--no-build-isolation",
+        "--no-deps",
+        "-w",
+        str(dist),
+        "-C",
+        f"build-dir={folder / 'cmake'}",
+        "-C",
+        f"cmake.define.Python_INCLUDE_DIR={emulated.root}/usr/include/python{emulated.version}",
+        str(ROOT),
+    ]
     with log.open("wb") as file:
         done = subprocess.run(command, env=environment, stdout=file, stderr=subprocess.STDOUT, check=False)
     if done.returncode:

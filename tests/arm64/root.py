@@ -45,10 +45,16 @@ def fetch(apt: Path) -> list[Path]:
 
 def _apt(apt: Path, *words: str) -> None:
     settings = {
-        "APT::Architecture": "arm64", "APT::Architectures": "arm64", "APT::Sandbox::User": "root",
-        "Dir::State": apt, "Dir::State::status": apt / "status", "Dir::Cache": apt,
-        "Dir::Cache::archives": apt / "archives", "Debug::NoLocking": "true", "APT::Keep-Downloaded-Packages": "true",
-    }  # fmt: skip
+        "APT::Architecture": "arm64",
+        "APT::Architectures": "arm64",
+        "APT::Sandbox::User": "root",
+        "Dir::State": apt,
+        "Dir::State::status": apt / "status",
+        "Dir::Cache": apt,
+        "Dir::Cache::archives": apt / "archives",
+        "Debug::NoLocking": "true",
+        "APT::Keep-Downloaded-Packages": "true",
+    }
     options = [word for name, value in settings.items() for word in ("-o", f"{name}={value}")]
     done = subprocess.run(["apt-get", "-qq", *options, *words], check=False, capture_output=True, text=True)
     if done.returncode:

@@ -35,10 +35,25 @@ def install(emulated: Emulated) -> int:
     wanted.write_text(text)
     platforms = [f"--platform=manylinux_2_{minor}_aarch64" for minor in reversed(LIBRARY)]
     subprocess.run(
-        [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps",
-         "--only-binary=:all:", "--require-hashes", "--no-compile", f"--python-version={emulated.version}",
-         *platforms, "--platform=manylinux2014_aarch64", f"--target={emulated.site}", "-r", wanted],
+        [
+            sys.executable,
+            "-m",
+            "pip",
+            "install",
+            "--quiet",
+            "--disable-pip-version-check",
+            "--no-deps",
+            "--only-binary=:all:",
+            "--require-hashes",
+            "--no-compile",
+            f"--python-version={emulated.version}",
+            *platforms,
+            "--platform=manylinux2014_aarch64",
+            f"--target={emulated.site}",
+            "-r",
+            wanted,
+        ],
         check=True,
-    )  # fmt: skip
+    )
     made.write_text(text)
     return len(names)

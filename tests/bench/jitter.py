@@ -21,8 +21,10 @@ def judged(runs: list[dict[str, Any]]) -> Measured:
     """
     options = {row["option"]: row["granted"] for row in runs[0]["real_time"]}
     fifo = options["fifo_priority"]
-    ours, theirs = ({name: median(late[name] for late in rows) for name in ("p50", "p999")}
-                    for rows in ([r["late_us"] for r in runs], [r["reference"]["late_us"] for r in runs]))
+    ours, theirs = (
+        {name: median(late[name] for late in rows) for name in ("p50", "p999")}
+        for rows in ([r["late_us"] for r in runs], [r["reference"]["late_us"] for r in runs])
+    )
     ratios = {name: median(r["late_us"][name] / r["reference"]["late_us"][name] for r in runs) for name in ours}
     ratio = max(ratios["p50"] / P50_LIMIT, ratios["p999"] / P999_LIMIT if fifo else 0.0)
     kind = runs[0]["reference"]["kind"]

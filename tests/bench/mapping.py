@@ -187,9 +187,7 @@ def registration_100k(repeats: int) -> Measured:
     found = register(source, target, guess, config)
     x, y, z, yaw = difference(found.T_map_base, truth)
     error_mm, error_deg = 1e3 * math.hypot(x, y, z), abs(math.degrees(yaw))
-    in_turn = [
-        (seconds(lambda: register(source, target, guess, config), 1), seconds(alone, 1)) for _ in range(repeats)
-    ]
+    in_turn = [(seconds(lambda: register(source, target, guess, config), 1), seconds(alone, 1)) for _ in range(repeats)]
     ours_s, theirs_s = (min(times) for times in zip(*in_turn))
     return Measured(
         ours_s / theirs_s,

@@ -83,7 +83,6 @@ def against_scipy(side: int, repeats: int, inner: int) -> Measured:
 def maze(repeats: int) -> Measured:
     """Measure the time per free cell, serpentine over rock field: the largest of corridors 1, 3, 9 wide, both sizes."""
 
-
     def per_cell_s(free: np.ndarray, inner: int) -> float:
         goals = goal(free)
         return seconds(lambda: cost_to_go(free, goals, CELL_M), repeats, inner) / float(free.sum())

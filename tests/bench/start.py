@@ -46,8 +46,9 @@ def first_tick_s() -> float:
         manager.settimeout(LIMIT_S)
         program = subprocess.Popen(
             [sys.executable, "-m", "onboard", "run", *_settings(Path(folder))],
-            env={**os.environ, "NOTIFY_SOCKET": f"{folder}/notify"}, stderr=subprocess.DEVNULL,
-        )  # fmt: skip
+            env={**os.environ, "NOTIFY_SOCKET": f"{folder}/notify"},
+            stderr=subprocess.DEVNULL,
+        )
         try:
             while b"READY=1" not in manager.recv(4096):
                 pass
@@ -60,9 +61,13 @@ def first_tick_s() -> float:
 def _settings(folder: Path) -> list[str]:
     (port,) = free_ports(1)
     settings = {
-        "can.uri": "virtual:start", "lidar.address": "tcp:127.0.0.1:1", "link.endpoint": f"tcp/127.0.0.1:{port}",
-        "link.bench_seed": 1, "status.socket": "off", "record.path": folder / "start.mcap",
-    }  # fmt: skip
+        "can.uri": "virtual:start",
+        "lidar.address": "tcp:127.0.0.1:1",
+        "link.endpoint": f"tcp/127.0.0.1:{port}",
+        "link.bench_seed": 1,
+        "status.socket": "off",
+        "record.path": folder / "start.mcap",
+    }
     return [word for name, value in settings.items() for word in ("--set", f"{name}={value}")]
 
 

@@ -30,7 +30,8 @@ ROWS: dict[str, Callable[[bool, Told], list[Figure]]] = {
 def main(words: Sequence[str]) -> int:
     """Measure, write, show. Returns 1 if a promise is broken."""
     parser = argparse.ArgumentParser(
-        prog="python -m tests.bench_link", description="Holds the link to its figures; writes build/bench-link.json.",
+        prog="python -m tests.bench_link",
+        description="Holds the link to its figures; writes build/bench-link.json.",
         epilog="Example: python -m tests.bench_link --quick bulk blackout",
     )
     parser.add_argument("--quick", action="store_true", help="few seeds: two minutes instead of half an hour")
@@ -69,8 +70,17 @@ def show(figures: Sequence[Figure], failed: Sequence[str], out: Path) -> None:
     for f in figures:
         limit = f"{'>=' if f.at_least else '<='} {f.limit:.4g}"
         held = "[green]holds[/]" if f.holds else "[red]BROKEN[/]"
-        table.add_row(f.row, f.link, f.what, f"{f.value:.4g} {f.unit}", f"{f.low:.4g} .. {f.high:.4g}",
-                      f"{f.worst:.4g}", limit, str(f.count), held)
+        table.add_row(
+            f.row,
+            f.link,
+            f.what,
+            f"{f.value:.4g} {f.unit}",
+            f"{f.low:.4g} .. {f.high:.4g}",
+            f"{f.worst:.4g}",
+            limit,
+            str(f.count),
+            held,
+        )
     console = Console(width=None if sys.stdout.isatty() else 190)
     console.print(table)
     for text in failed:

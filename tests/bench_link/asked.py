@@ -42,8 +42,10 @@ def ask(seed: int, commands: int, told: Told = lambda _: None) -> Asked:
     times = Counter(order.arguments["x_m"] for order in world.executed)
     waits_s = [(r.history[0][0] - r.made_ns) / 1e9 for r in requester.requests.values() if r.history]
     return Asked(
-        [wait_s / (2 * LINK.one_way_s) for wait_s in waits_s], commands - len(times),
-        sum(n - 1 for n in times.values()), sum(r.state != State.COMPLETED for r in requester.requests.values()),
+        [wait_s / (2 * LINK.one_way_s) for wait_s in waits_s],
+        commands - len(times),
+        sum(n - 1 for n in times.values()),
+        sum(r.state != State.COMPLETED for r in requester.requests.values()),
     )
 
 

@@ -72,10 +72,13 @@ def pass_through(link: Profile, seed: int) -> Passed:
     done = [order.arguments["x_m"] for order in world.executed]
     same = world.session is session and world.rover.boot_id == boot_id == session.boot_id
     wrong = {
-        "events": sorted(watch.events) != sorted(texts), "product": watch.product != data, "executed": done != [2.0],
+        "events": sorted(watch.events) != sorted(texts),
+        "product": watch.product != data,
+        "executed": done != [2.0],
         "expired": [states["mortal"], states["second"]] != [State.EXPIRED] * 2,
-        "lasting": states["lasting"] != State.COMPLETED, "restart": not same,
-    }  # fmt: skip
+        "lasting": states["lasting"] != State.COMPLETED,
+        "restart": not same,
+    }
     return Passed(watch.fresh_s, tuple(name for name, bad in wrong.items() if bad), world.now_s - END_S)
 
 

@@ -76,8 +76,10 @@ def emulator(quick: bool, told: Told) -> list[Figure]:
         seconds = 3.0 if name == "lan" and quick else 60.0
         out.append(mean("emulator", name, "line rate off", [_rate_error(link, seconds)], RATE_RATIO))
         plain = replace(link, loss=0.0, mean_bad_s=0.0, blackout_length_s=0.0, reorder=0.0, duplicate=0.0)
-        off = [_delays_s(model, plain, rate) for model, rate in zip(both_directions(plain, 1), (link.down_bps,
-                                                                                                 link.up_bps))]
+        off = [
+            _delays_s(model, plain, rate)
+            for model, rate in zip(both_directions(plain, 1), (link.down_bps, link.up_bps))
+        ]
         out.append(mean("emulator", name, "delay off", [max(max(one) for one in off)], DELAY_S, "s"))
         out.append(mean("emulator", name, "loss off", [_sigmas(link, seeds)], SIGMAS, "sigma"))
         if link.mean_bad_s:
@@ -108,4 +110,3 @@ def maps(quick: bool, told: Told) -> list[Figure]:
         out.append(mean("map", name, "200 x 200 nodes", sizes, SIZE_BYTES, "B"))
         out.append(mean("map", name, "height off", errors_m, ERROR_M, "m"))
     return out
-

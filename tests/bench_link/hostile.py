@@ -30,8 +30,18 @@ class Enemy:
         for _ in range(count):
             self._turn += 1
             seen = self.heard[towards]
-            makers = (self._noise, self._forged, self._bent, self._short, self._long, self._crossed, self._replayed,
-                      self._old_epoch, self._wrong_boot, self._far_counter)
+            makers = (
+                self._noise,
+                self._forged,
+                self._bent,
+                self._short,
+                self._long,
+                self._crossed,
+                self._replayed,
+                self._old_epoch,
+                self._wrong_boot,
+                self._far_counter,
+            )
             maker = makers[self._turn % len(makers)]
             yield maker(towards, boot_id) if seen else self._noise(towards, boot_id)
 

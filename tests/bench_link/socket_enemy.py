@@ -41,8 +41,9 @@ def run(port: int, ear: Connection, fires: Event, ends: Event, thrown: Synchroni
             time.sleep(max(0.0, due_s - time.monotonic()))
 
 
-def _throw(enemy: Enemy, rng: np.random.Generator, hellos: list[bytes], mine: list[socket.socket],
-           thrown: Synchronized[int]) -> None:
+def _throw(
+    enemy: Enemy, rng: np.random.Generator, hellos: list[bytes], mine: list[socket.socket], thrown: Synchronized[int]
+) -> None:
     """Send PER_TURN datagrams, a few of them made in this turn."""
     fresh = list(enemy.frames(KEY_UP, FRESH, 1))
     word = bytes([Word.HELLO, thrown.value % 5]) + rng.bytes(WORD_BYTES - 2)

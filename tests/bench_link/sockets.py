@@ -76,8 +76,9 @@ class Siege:
 
     def stop_s(self) -> float | None:
         """Return the time from a new station's start to the confirmation of its stop; None: not in 30 s."""
-        settings = Settings(endpoint=f"udp/127.0.0.1:{self._number}", bench_seed=SEED, one_way_s=0.0,
-                            state=self._folder)
+        settings = Settings(
+            endpoint=f"udp/127.0.0.1:{self._number}", bench_seed=SEED, one_way_s=0.0, state=self._folder
+        )
         began_s = time.monotonic()
         with Archive(":memory:") as archive, Station(settings, archive) as station:
             self._listen_in(station)

@@ -93,8 +93,11 @@ def test_the_emulator_keeps_its_rate_and_its_loss(name):
 
 def test_rows_are_chosen_by_name_written_as_json_and_a_broken_promise_is_exit_code_1(tmp_path, monkeypatch, capsys):
     held = figures.count("a", "l", "w", 0, 0, 9)
-    monkeypatch.setattr(bench, "ROWS", {"a": lambda *_: [held], "b": lambda *_: [figures.count("b", "l", "w", 1, 0, 9)],
-                                        "c": lambda *_: 1 / 0})
+    monkeypatch.setattr(
+        bench,
+        "ROWS",
+        {"a": lambda *_: [held], "b": lambda *_: [figures.count("b", "l", "w", 1, 0, 9)], "c": lambda *_: 1 / 0},
+    )
     out = tmp_path / "deep" / "figures.json"
     assert bench.main(["--out", str(out), "a"]) == 0
     assert [row["holds"] for row in json.loads(out.read_text())["figures"]] == [True]

@@ -34,9 +34,14 @@ KEYS = bench_keys(7)
 STATION = 1
 _STANDING = Estimate(Pose(3.0, 4.0, 0.5, 0.01, -0.02, 0.3), np.diag([0.01, 0.03, 0.0, 0.0004]), 0.0, 0.0)
 VIEW = View(
-    mode=Mode.STANDBY, phase=Phase.NONE, estimate=_STANDING, goal_m=(6.0, 8.0),
+    mode=Mode.STANDBY,
+    phase=Phase.NONE,
+    estimate=_STANDING,
+    goal_m=(6.0, 8.0),
     wheels=tuple(WheelState(0.1 * n, 9.0, 0.5 * n, n, 0) for n in (1, 2, 3, 4)),
-    power=PowerState(25.25, 3.5, 0.87, 21.0, 0), job="map", job_ratio=0.25,
+    power=PowerState(25.25, 3.5, 0.87, 21.0, 0),
+    job="map",
+    job_ratio=0.25,
 )  # every message has a value: the most that housekeeping takes
 
 

@@ -50,13 +50,17 @@ def line(row: Besieged) -> str:
     """Return a row of the table."""
     answered, newcomers = [each.answered_s for each in row.tries], [each.newcomer_s for each in row.tries]
     cells = (
-        row.kind, len(row.tries), f"{median(answered):.2f}, {max(answered):.2f} s",
-        f"{max(each.stood_s for each in row.tries):.2f} s", f"{median(newcomers):.2f}, {max(newcomers):.2f} s",
+        row.kind,
+        len(row.tries),
+        f"{median(answered):.2f}, {max(answered):.2f} s",
+        f"{max(each.stood_s for each in row.tries):.2f} s",
+        f"{median(newcomers):.2f}, {max(newcomers):.2f} s",
         f"{row.worst_tick_before_ms:.0f} -> {row.worst_tick_ms:.0f} ms",
-        f"{row.left_out_before} -> {row.left_out}", f"{row.rss_before_mb:.0f} -> {row.rss_after_mb:.0f} MB",
+        f"{row.left_out_before} -> {row.left_out}",
+        f"{row.rss_before_mb:.0f} -> {row.rss_after_mb:.0f} MB",
         row.refused,
         " ".join(row.faults) or "none",
-    )  # fmt: skip
+    )
     return "| " + " | ".join(map(str, cells)) + " |"
 
 

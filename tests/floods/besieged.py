@@ -128,8 +128,9 @@ class Siege:
             self._start(bus_flooders.node, (link, ground), self._ends)
         self._fly(can, lidar, f"{carrier}/127.0.0.1:{link}")
         files = {"state": str(self.disk / "station"), "archive": str(self.disk / "archive.sqlite")}
-        self._settings = Settings(endpoint=f"{carrier}/127.0.0.1:{ground}", bench_seed=SEED, up_bps=1e6, one_way_s=0.05,
-                                  **files)  # fmt: skip
+        self._settings = Settings(
+            endpoint=f"{carrier}/127.0.0.1:{ground}", bench_seed=SEED, up_bps=1e6, one_way_s=0.05, **files
+        )
         self._begin_enemy(carrier, link, ground)
 
     def _mount(self) -> None:
@@ -175,15 +176,26 @@ class Siege:
 
     def _fly(self, can: int, lidar: int, link: str) -> None:
         settings = {
-            "clock.mode": "wall", "can.uri": f"socketcand:127.0.0.1:{can}/rover",
-            "lidar.address": f"tcp:127.0.0.1:{lidar}", "link.endpoint": link, "link.bench_seed": SEED,
-            "record.path": self.record, "record.spare_bytes": 0, "state.folder": self.disk / "state",
+            "clock.mode": "wall",
+            "can.uri": f"socketcand:127.0.0.1:{can}/rover",
+            "lidar.address": f"tcp:127.0.0.1:{lidar}",
+            "link.endpoint": link,
+            "link.bench_seed": SEED,
+            "record.path": self.record,
+            "record.spare_bytes": 0,
+            "state.folder": self.disk / "state",
             "status.socket": self._folder / "status",
-        }  # fmt: skip
+        }
         words = [sys.executable, "-m", "onboard", "run", *(f"--set={name}={value}" for name, value in settings.items())]
         log = self._stack.enter_context((self.disk / "onboard.log").open("w"))
-        self.flight = subprocess.Popen(words, cwd=ROOT, env={**os.environ, "PYTHONPATH": str(ROOT)},
-                                       stdin=subprocess.DEVNULL, stdout=log, stderr=log)  # fmt: skip
+        self.flight = subprocess.Popen(
+            words,
+            cwd=ROOT,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+            stdin=subprocess.DEVNULL,
+            stdout=log,
+            stderr=log,
+        )
         self._stack.callback(self.flight.wait)
         self._stack.callback(self.flight.terminate)
 
@@ -308,7 +320,14 @@ class Siege:
                 rss_after = max(rss_after, taken(self.flight.pid, 0.0).rss_bytes)
                 after, refused = self.status()["ticks"], self._refused()
         return Besieged(
-            self._kind, tuple(got), rss_before / MB, rss_after / MB, before["worst_ms"], after["worst_ms"],
-            before["slipped"], after["slipped"], refused,
+            self._kind,
+            tuple(got),
+            rss_before / MB,
+            rss_after / MB,
+            before["worst_ms"],
+            after["worst_ms"],
+            before["slipped"],
+            after["slipped"],
+            refused,
             tuple(f"{slip['cause']} {slip['ticks']}, {slip['worst_ms']:.0f} ms" for slip in after["slips"]),
-        )  # fmt: skip
+        )

@@ -1,7 +1,7 @@
 """Surroundings of carrier A: the forwarding node, and intruders on its two endpoints, without the keys.
 
-    sessions    1000 connections that send nothing and 100 zenoh sessions; 500 new ones a second, the oldest close
-    samples     zenoh sessions that put datagrams of 1 kB and samples of 100 kB on every key, towards rover and station
+sessions    1000 connections that send nothing and 100 zenoh sessions; 500 new ones a second, the oldest close
+samples     zenoh sessions that put datagrams of 1 kB and samples of 100 kB on every key, towards rover and station
 """
 
 from __future__ import annotations
@@ -79,11 +79,17 @@ def _open(held: deque[ExitStack], port: int) -> None:
 def samples(ports: Ports, floods: Event, ends: Event) -> None:
     """Put as many samples a second as the node accepts."""
     with ExitStack() as stack:
-        towards = ((ports[0], KEY_DOWN), (ports[1], KEY_UP), (ports[0], carrier.question_key(carrier.ROVER)),
-                   (ports[1], carrier.question_key(carrier.GROUND)))  # fmt: skip
+        towards = (
+            (ports[0], KEY_DOWN),
+            (ports[1], KEY_UP),
+            (ports[0], carrier.question_key(carrier.ROVER)),
+            (ports[1], carrier.question_key(carrier.GROUND)),
+        )
         time.sleep(0.5)  # zenoh sends nothing to a key without a subscriber
-        puts = [_session(stack, port).declare_publisher(key, congestion_control=zenoh.CongestionControl.DROP)
-                for port, key in towards]  # fmt: skip
+        puts = [
+            _session(stack, port).declare_publisher(key, congestion_control=zenoh.CongestionControl.DROP)
+            for port, key in towards
+        ]
         while not ends.is_set():
             if not floods.wait(0.2):
                 continue

@@ -1,11 +1,11 @@
 """The rover's surroundings on the wall clock, a process each: bus, scanner, intruders without the keys; each can flood.
 
-    bus         a socketcand gateway with the seven nodes on a stand; floods with frames of a thousand ids
-    scanner     a TCP server; floods with line feeds
-    datagrams   a UDP socket; floods with forged commands
-    hellos      1000 UDP sockets of 250 addresses; each asks for a place, with hellos and with openings of zenoh
-    huge        a UDP socket; floods with datagrams of 64 kB
-    disk        fills a disk, and takes any space that becomes free
+bus         a socketcand gateway with the seven nodes on a stand; floods with frames of a thousand ids
+scanner     a TCP server; floods with line feeds
+datagrams   a UDP socket; floods with forged commands
+hellos      1000 UDP sockets of 250 addresses; each asks for a place, with hellos and with openings of zenoh
+huge        a UDP socket; floods with datagrams of 64 kB
+disk        fills a disk, and takes any space that becomes free
 """
 
 from __future__ import annotations

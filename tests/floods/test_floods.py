@@ -13,8 +13,12 @@ from tests.floods.__main__ import line
 from tests.floods.besieged import ROOT, Siege
 
 MEMORY_MB = 20.0
-NAMED = {"scanner": {"LIDAR_GARBLED"}, "bus": {"CAN_BABBLE", "CAN_BUS_OFF"}, "disk": {"DISK_FULL"},
-         "quota": {"DISK_FULL"}}  # one of them at least
+NAMED = {
+    "scanner": {"LIDAR_GARBLED"},
+    "bus": {"CAN_BABBLE", "CAN_BUS_OFF"},
+    "disk": {"DISK_FULL"},
+    "quota": {"DISK_FULL"},
+}  # one of them at least
 REFUSED = {"datagrams": 1000, "hellos": 1000, "huge": 1000}
 
 

@@ -60,15 +60,19 @@ def hunt(name: str, asked: argparse.Namespace) -> bool:
         print(f"{name}: no try was made; see {asked.out / f'{name}.log'}")
         return False
     more = f", {guided.keep(name, asked.out)} put beside the tests" if asked.keep else ""
-    print(f"{name}: {ended.tries} tries, {ended.kept} inputs in the corpus, {ended.peak_mb} MB at most, nothing found"
-          + more, flush=True)
+    print(
+        f"{name}: {ended.tries} tries, {ended.kept} inputs in the corpus, {ended.peak_mb} MB at most, nothing found"
+        + more,
+        flush=True,
+    )
     return True
 
 
 def main(words: Sequence[str]) -> int:
     """Run the command."""
-    parser = argparse.ArgumentParser(prog="python -m tests.fuzz", description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.fuzz", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("doors", nargs="*", metavar="DOOR", help=f"of {', '.join(DOORS)}; none: all")
     parser.add_argument("--seconds", type=float, default=120, help="of each door (120)")
     parser.add_argument("--in-all", type=float, help="seconds of all doors together, in place of --seconds")

@@ -54,15 +54,24 @@ def run(name: str, seconds: int, seed: int, folder: Path) -> Ended:
     for number, data in enumerate([*kept(name), *_seeds(name)]):
         (corpus / f"seed-{number}").write_bytes(data)
     before = set(found.iterdir())
-    flags = (f"-max_total_time={seconds}", f"-seed={seed}", f"-max_len={MOST_BYTES}", f"-rss_limit_mb={MOST_MB}",
-             f"-timeout={MOST_S}", f"-artifact_prefix={found}/{name}-", "-print_final_stats=1", "-verbosity=1")
+    flags = (
+        f"-max_total_time={seconds}",
+        f"-seed={seed}",
+        f"-max_len={MOST_BYTES}",
+        f"-rss_limit_mb={MOST_MB}",
+        f"-timeout={MOST_S}",
+        f"-artifact_prefix={found}/{name}-",
+        "-print_final_stats=1",
+        "-verbosity=1",
+    )
     code, said = _child(name, *flags, str(corpus))
     (folder / f"{name}.log").write_text(said)
     broken = next(iter(sorted(set(found.iterdir()) - before)), None)
     if code and broken is None:
         raise RuntimeError(f"{name}: the fuzz process ended with {code}; see {folder / f'{name}.log'}\n{said[-2000:]}")
-    return Ended(_stat(said, "number_of_executed_units"), len(list(corpus.iterdir())), _stat(said, "peak_rss_mb"),
-                 broken, said)  # fmt: skip
+    return Ended(
+        _stat(said, "number_of_executed_units"), len(list(corpus.iterdir())), _stat(said, "peak_rss_mb"), broken, said
+    )
 
 
 def keep(name: str, folder: Path) -> int:

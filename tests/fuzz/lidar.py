@@ -27,8 +27,9 @@ FULL = dataclasses.replace(IDEAL, name="full", speeds=True, sensitivities=True)
 NO_TICK = tuple(dataclasses.replace(p, reply_tick_ns=0, time_reply_ns=0) for p in (IDEAL, UTM30LX, UTM30LX_EW, FULL))
 
 _digits = st.text("0123456789", max_size=14)
-_usual = st.sampled_from(("", "0", "1", "2", "00", "03", "10", "115200", "0000108001", "0000108001000",
-                          "0100020003205"))
+_usual = st.sampled_from(
+    ("", "0", "1", "2", "00", "03", "10", "115200", "0000108001", "0000108001000", "0100020003205")
+)
 _string = st.sampled_from(("", ";a", ";0123456789abcdef", ";0123456789abcdefg", ";-", ";;", ";\xe9"))
 _request = st.builds(lambda code, rest, tail: (code + rest + tail).encode(), st.sampled_from(sorted(COMMANDS)),
                      _digits | _usual, _string)  # fmt: skip
@@ -102,9 +103,12 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
     calm = settings(
-        max_examples=EXAMPLES, deadline=None, database=None, phases=(Phase.generate, Phase.shrink),
+        max_examples=EXAMPLES,
+        deadline=None,
+        database=None,
+        phases=(Phase.generate, Phase.shrink),
         suppress_health_check=list(HealthCheck),
-    )  # fmt: skip
+    )
     end_s, rounds = time.monotonic() + options.seconds, 0
     while rounds == 0 or time.monotonic() < end_s:
         for wrapped, check in ((profiles_and_talks, check_talk), (faults_and_talks, check_faults)):

@@ -41,7 +41,6 @@ from onboard.records import Cloud, Grid, Surface
 # -- numbers and arrays, the plain ones first: hypothesis shrinks towards them -----------------------------------
 
 
-
 def mostly(usual: st.SearchStrategy[Any], odd: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
     """Return a strategy of which one in sixteen is odd: many calls of some ten arguments then pass the door."""
     return st.sampled_from([usual] * 15 + [odd]).flatmap(lambda one: one)
@@ -123,8 +122,12 @@ def _elementary(x: Any, y: float) -> tuple[np.ndarray, ...]:
     one = elementary.kernels
     names = ("sin", "cos", "tan", "asin", "acos", "exp", "log")
     arrays = [each.Each(getattr(each.kernels, f"{name}_into"))(x) for name in names]
-    return (*arrays, each.atan2(x, y), each.hypot(x, y),
-            np.array([*(getattr(one, name)(y) for name in names), one.atan2(y, 2.0), one.hypot(y, 2.0)]))
+    return (
+        *arrays,
+        each.atan2(x, y),
+        each.hypot(x, y),
+        np.array([*(getattr(one, name)(y) for name in names), one.atan2(y, 2.0), one.hypot(y, 2.0)]),
+    )
 
 
 def _linear(a: Any, b: Any, square: Any) -> tuple[np.ndarray, ...]:
@@ -225,9 +228,7 @@ _poses = st.tuples(SIZES, SIZES, st.integers(0, 4)).flatmap(
     lambda n: together(
         freedom=arrays((8, n[0], n[1]), np.uint8, BYTES),
         least_freedom=st.integers(-1, 256),
-        seeds=st.tuples(
-            arrays((n[2],), np.int64, _places(8 * n[0] * n[1])), arrays((n[2],), np.float32, PRICES)
-        ),
+        seeds=st.tuples(arrays((n[2],), np.int64, _places(8 * n[0] * n[1])), arrays((n[2],), np.float32, PRICES)),
         moves_m=arrays((8, 8), np.float32, PRICES),
         turn_m=PRICES,
         closeness=st.one_of(st.none(), arrays((8, n[0], n[1]), np.float32, PRICES)),

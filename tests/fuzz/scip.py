@@ -28,7 +28,8 @@ FLIPS = 1_000_000
 EXAMPLES = 200
 LAW = test_undamaged_scans_come_out_once_and_others_only_if_the_oracle_finds_every_check_satisfied.hypothesis.inner_test
 _reply = st.sampled_from((b"QT", b"VV", b"PP", b"II", b"MD0000108001000", b"BM")).flatmap(
-    lambda echo: st.binary(max_size=60).map(lambda rest: b"\n\n" + echo + b"\n00P\n" + rest + b"\n\n"))
+    lambda echo: st.binary(max_size=60).map(lambda rest: b"\n\n" + echo + b"\n00P\n" + rest + b"\n\n")
+)
 _words = st.lists(_reply | st.binary(max_size=200) | st.just(b"x" * 70_000), max_size=12)
 
 
@@ -71,8 +72,14 @@ def survives(words: list[bytes]) -> None:
 
 def hunt(examples: int, number: int) -> None:
     """Try `examples` examples of each law."""
-    rules = settings(max_examples=examples, deadline=None, database=None, derandomize=False,
-                     phases=(Phase.generate, Phase.shrink), suppress_health_check=list(HealthCheck))  # fmt: skip
+    rules = settings(
+        max_examples=examples,
+        deadline=None,
+        database=None,
+        derandomize=False,
+        phases=(Phase.generate, Phase.shrink),
+        suppress_health_check=list(HealthCheck),
+    )
     seed(number)(rules(given(DAMAGE, st.lists(st.integers(1, 3000), min_size=1, max_size=4))(LAW)))()
     seed(number)(settings(rules, max_examples=max(1, examples // 10))(given(_words)(survives)))()
 

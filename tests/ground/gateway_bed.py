@@ -97,8 +97,15 @@ class GatewayRover(ToyRover):
 class Bed:
     """loses(direction, kind, n) -> bool: which datagrams of the rover's link are lost; n counts those of the kind."""
 
-    def __init__(self, door: Door = OPEN, loses=lambda *_: False, delay_s: float = 0.0, home_first: bool = False,
-                 origin: Origin = ORIGIN, **rover) -> None:
+    def __init__(
+        self,
+        door: Door = OPEN,
+        loses=lambda *_: False,
+        delay_s: float = 0.0,
+        home_first: bool = False,
+        origin: Origin = ORIGIN,
+        **rover,
+    ) -> None:
         keys = bench_keys(7)
         self.door = door
         self.session, self.rover = Session(keys, 1), GatewayRover(keys, **rover)

@@ -27,8 +27,11 @@ LDEM_CELLS, LDEM_CELL_M = 100, 0.1
 TICK_WALL_MS = {
     "plant_and_devices": {"p50": 0.4, "p99": 3.0, "p99_9": 7.0, "max": 20.0},
     "until_onboard_answered": {"p50": 0.5, "p99": 4.0, "p99_9": 9.0, "max": 300.0},
-    "histogram": {"edges_ms": [0.1, 1.0, 10.0, 1000.0], "plant_and_devices": [8000, 990, 10],
-                  "until_onboard_answered": [7000, 1980, 20]},
+    "histogram": {
+        "edges_ms": [0.1, 1.0, 10.0, 1000.0],
+        "plant_and_devices": [8000, 990, 10],
+        "until_onboard_answered": [7000, 1980, 20],
+    },
 }
 
 
@@ -80,12 +83,22 @@ def plan_at(number, heights, grid):
     last = number == len(LEGS) - 1
     ahead = np.array([way(s)[:2] for s in np.linspace(shares[-1], min(1, shares[-1] + 0.2), 10)])
     reason = "the goal is reached over free poses" if last else "3.00 m to the last free pose, then look at <the rest>"
-    decision = Decision("goal" if last else "drive", "R4" if last else "R5", reason, Path(path), path[-1, 2],
-                        {} if last else {"target_m": tuple(ahead[-1])})
+    decision = Decision(
+        "goal" if last else "drive",
+        "R4" if last else "R5",
+        reason,
+        Path(path),
+        path[-1, 2],
+        {} if last else {"target_m": tuple(ahead[-1])},
+    )
     best, *others = (Choice((1, 2), x + k, y + 1, 0.5, 0.6, 0.7, -0.1, 0.7, 50.0, 9.0) for k in (1, 2, 3))
     found = None if last else NextPosition(best, tuple(others), z.astype(np.float64), {"not free": 9})
     report = PlanReport(
-        Grid(x0, y0, LDEM_CELL_M, LDEM_CELLS, LDEM_CELLS), sets.astype(np.uint8), z, np.array([(x, y), GOAL]), ahead,
+        Grid(x0, y0, LDEM_CELL_M, LDEM_CELLS, LDEM_CELLS),
+        sets.astype(np.uint8),
+        z,
+        np.array([(x, y), GOAL]),
+        ahead,
         found,
     )
     state = MissionState(number=number + 1, stops=(Stop(x, y, yaw),))
@@ -107,11 +120,17 @@ def phase_events():
 
 
 RHYTHM = {
-    "rate_groups": [{"name": "executive", "rate_hz": 100.0, "budget_us": 2000.0, "worst_us": 2345.0, "over_budget": 6,
-                     "slips": 0}],
-    "ticks": {"lateness": [0, 9], "late_below_us": {"p50": 128, "p99": 256, "p999": 2048}, "late_worst_ms": 3.21,
-              "worst_ms": 8.0, "slipped": 4,
-              "slips": [{"cause": "record", "job": "plan", "ticks": 4, "worst_ms": 23.4}]},
+    "rate_groups": [
+        {"name": "executive", "rate_hz": 100.0, "budget_us": 2000.0, "worst_us": 2345.0, "over_budget": 6, "slips": 0}
+    ],
+    "ticks": {
+        "lateness": [0, 9],
+        "late_below_us": {"p50": 128, "p99": 256, "p999": 2048},
+        "late_worst_ms": 3.21,
+        "worst_ms": 8.0,
+        "slipped": 4,
+        "slips": [{"cause": "record", "job": "plan", "ticks": 4, "worst_ms": 23.4}],
+    },
     "jobs": {"running": [], "kept": {"remember": {"done": 17, "late": 3, "worst_late_ticks": 29, "worst_ms": 5.0}}},
     "real_time": [],
 }
@@ -157,8 +176,15 @@ def write_truth(path, dug=None, touches=()):
         turned = np.array([0, 0, math.sin(yaw / 2), math.cos(yaw / 2)])
         truth.add(PlantState(now_ns, np.array([x, y, 0.0]), turned, zero, zero, zero, wheels, touching, (0.02, -0.02)))
         sweep = next((n for n, (start, _) in enumerate(LEGS, 1) if start - SCAN_S <= time_s < start), 0)
-        truth.add_turn(Turn(now_ns, sweep, np.full((12, 3), (x, y, 0.7)), np.full((12, 3), (0.0, 0.0, -1.0)),
-                            np.where(np.arange(12) == 8, np.inf, 0.7)))
+        truth.add_turn(
+            Turn(
+                now_ns,
+                sweep,
+                np.full((12, 3), (x, y, 0.7)),
+                np.full((12, 3), (0.0, 0.0, -1.0)),
+                np.where(np.arange(12) == 8, np.inf, 0.7),
+            )
+        )
         if time_s in (LEGS[1][0], LEGS[1][1]):
             what = "begin" if time_s == LEGS[1][0] else "heal"
             truth.add_fault(now_ns, {"t_s": time_s, "fault": "wheel_stuck", "target": 2, "what": what})
@@ -169,25 +195,69 @@ def write_truth(path, dug=None, touches=()):
 
 def write_bench(folder, made):
     summary = {
-        "goal_reached": True, "distance_to_goal_m": 0.1234, "outcome": "arrived: 0.12 m from the goal", "collisions": 0,
-        "contacts": [], "scans": 4, "replans": 2, "strategy": "optimistic", "bench_s": END_S, "wall_s": 15.0,
+        "goal_reached": True,
+        "distance_to_goal_m": 0.1234,
+        "outcome": "arrived: 0.12 m from the goal",
+        "collisions": 0,
+        "contacts": [],
+        "scans": 4,
+        "replans": 2,
+        "strategy": "optimistic",
+        "bench_s": END_S,
+        "wall_s": 15.0,
         "rtf": 6.0,
-        "way_m": 17.25, "replay": "identical", "replay_ticks": 9000, "can_frames": 123456, "scip_bytes": 7890123,
-        "link_by_direction": {"down": {"sent": 900, "lost": 45, "delivered": 855}, "up": {"sent": 300, "lost": 15,
-                              "delivered": 285}}, "onboard_peak_rss_mb": 190.1, "seed": 3, "terrain": "fbm",
-        "link_profile": "ets8-b", "link_note": "256 kbit/s both ways", "tick_wall_ms": TICK_WALL_MS,
-        "field": made.stats, "goal_m": list(GOAL), "faults": [],
-        "soil": "firm", "sensor_noise": "LIDAR 20 mm to 10 m", "scanner": {
-            "profile": "utm-30lx", "lost_ratio": 0.0312, "lost_by": {"dark": 0.0, "grazing": 0.021, "random": 0.0102},
-            "outlier_ratio": 0.0002, "mixed_ratio": 0.001, "rate_error_ppm": 80.0, "motor_jitter_s": 3e-5},
-        "passed_over": [{"seed": 3000, "reason": "the straight line is free"}], "replay_difference": "",
+        "way_m": 17.25,
+        "replay": "identical",
+        "replay_ticks": 9000,
+        "can_frames": 123456,
+        "scip_bytes": 7890123,
+        "link_by_direction": {
+            "down": {"sent": 900, "lost": 45, "delivered": 855},
+            "up": {"sent": 300, "lost": 15, "delivered": 285},
+        },
+        "onboard_peak_rss_mb": 190.1,
+        "seed": 3,
+        "terrain": "fbm",
+        "link_profile": "ets8-b",
+        "link_note": "256 kbit/s both ways",
+        "tick_wall_ms": TICK_WALL_MS,
+        "field": made.stats,
+        "goal_m": list(GOAL),
+        "faults": [],
+        "soil": "firm",
+        "sensor_noise": "LIDAR 20 mm to 10 m",
+        "scanner": {
+            "profile": "utm-30lx",
+            "lost_ratio": 0.0312,
+            "lost_by": {"dark": 0.0, "grazing": 0.021, "random": 0.0102},
+            "outlier_ratio": 0.0002,
+            "mixed_ratio": 0.001,
+            "rate_error_ppm": 80.0,
+            "motor_jitter_s": 3e-5,
+        },
+        "passed_over": [{"seed": 3000, "reason": "the straight line is free"}],
+        "replay_difference": "",
     }
     (folder / "summary.json").write_text(json.dumps(summary))
-    link = {name: {"queue_full": 2, "blackout": 0, "shadow": 0, "noise": 43, "lost": 45, "in": {"datagrams": 900 // k},
-                   "out": {"datagrams": 855 // k}} for name, k in (("down", 1), ("up", 3))}
+    link = {
+        name: {
+            "queue_full": 2,
+            "blackout": 0,
+            "shadow": 0,
+            "noise": 43,
+            "lost": 45,
+            "in": {"datagrams": 900 // k},
+            "out": {"datagrams": 855 // k},
+        }
+        for name, k in (("down", 1), ("up", 3))
+    }
     (folder / "link.json").write_text(json.dumps(link))
-    certificate = {"scenario": "demo", "scenario_sha256": "ab" * 32, "versions": {"python": "3.11.2", "numpy": "2"},
-                   "machine": "x86_64", "channels": {"can_to_nodes": {"pieces": 5, "bytes": 40, "sha256": "cd" * 32}},
-                   "plant": {"states": 9000, "sha256": "ef" * 32}}
+    certificate = {
+        "scenario": "demo",
+        "scenario_sha256": "ab" * 32,
+        "versions": {"python": "3.11.2", "numpy": "2"},
+        "machine": "x86_64",
+        "channels": {"can_to_nodes": {"pieces": 5, "bytes": 40, "sha256": "cd" * 32}},
+        "plant": {"states": 9000, "sha256": "ef" * 32},
+    }
     (folder / "certificate.json").write_text(json.dumps(certificate))
-

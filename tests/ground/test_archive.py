@@ -239,8 +239,10 @@ def test_an_archive_of_every_version_comes_up_to_date_without_loss(tmp_path, ver
         db.execute("insert into runs values (1, 1000, '')")
         names = "run, at_ns, request_id, station, name, arguments"
         db.execute(f"insert into requests ({names}) values (1, 5, 9, 1, 'goto', '{{}}')")
-        db.execute("insert into reports (run, at_ns, request_id, station, serial, state, code, text, data) "
-                   "values (1, 6, 9, 1, 1, 'COMPLETED', 0, 'there', '[]')")
+        db.execute(
+            "insert into reports (run, at_ns, request_id, station, serial, state, code, text, data) "
+            "values (1, 6, 9, 1, 1, 'COMPLETED', 0, 'there', '[]')"
+        )
     db.close()
     with Archive(path) as archive:
         archive.add("requests", 7, 10, 1, "stop", "{}", b"", "shell alice@desk")
@@ -266,11 +268,14 @@ def test_a_station_killed_in_a_migration_leaves_the_old_version_whole(tmp_path, 
     filled(path)
 
 
-@pytest.mark.parametrize(("spoil", "text", "code"), [
-    ("pragma user_version = 9", f"of version 9, this program writes version {VERSION}", 65),
-    ("pragma application_id = 7", "a database of another program", 65),
-    ("garbage", "damaged, or no archive", 65),
-])
+@pytest.mark.parametrize(
+    ("spoil", "text", "code"),
+    [
+        ("pragma user_version = 9", f"of version 9, this program writes version {VERSION}", 65),
+        ("pragma application_id = 7", "a database of another program", 65),
+        ("garbage", "damaged, or no archive", 65),
+    ],
+)
 def test_a_file_that_is_no_archive_of_ours_is_refused_in_one_line_and_stays_as_it_is(tmp_path, spoil, text, code):
     path = tmp_path / "a.db"
     filled(path)
@@ -329,6 +334,7 @@ def test_rows_are_found_by_name_time_and_number_and_what_two_stations_heard_come
                 archive.add("items", n * 10**9, n, "x_m", n / 2, 1)
                 archive.add("items", n * 10**9, n, "y_m", -n, 1)
     with reading(path) as db:
+
         def values(**which):
             return [row["value"] for row in rows(db, "items", Span(**which))]
 
@@ -402,13 +408,19 @@ def test_filling_enters_what_was_lost_once_and_marks_it(tmp_path):
     with Archive(path, utc_ns=10**18) as archive:
         archive.add("items", 5 * 10**9, 2 * 10**9, "x_m", 1.0, 3)
         archive.add("events", 5 * 10**9, 2 * 10**9, 1, "info", "MODE", "", 3)
-    said = [Value(2 * 10**9, "x_m", 1.0), Value(3 * 10**9, "x_m", 1.5), Event(2 * 10**9, 1, "info", "MODE", ""),
-            Event(4 * 10**9, 2, "info", "PHASE", "")]
+    said = [
+        Value(2 * 10**9, "x_m", 1.0),
+        Value(3 * 10**9, "x_m", 1.5),
+        Event(2 * 10**9, 1, "info", "MODE", ""),
+        Event(4 * 10**9, 2, "info", "PHASE", ""),
+    ]
     with reading(path) as db:
         assert fill(db, 3, said, "test") == (1, 1)
         assert fill(db, 3, said, "test") == (0, 0)
         assert [(r["onboard_ns"], r["value"], r["filled"]) for r in rows(db, "items")] == [
-            (2 * 10**9, 1.0, None), (3 * 10**9, 1.5, 1)]
+            (2 * 10**9, 1.0, None),
+            (3 * 10**9, 1.5, 1),
+        ]
         assert [r["utc_ns"] - 10**18 for r in rows(db, "items")] == [5 * 10**9, 6 * 10**9]
         assert [r["name"] for r in rows(db, "events")] == ["MODE", "PHASE"]
 
@@ -422,7 +434,7 @@ def test_an_export_holds_every_row_in_each_format(tmp_path):
         for n in range(300):
             archive.add("items", n, 7 * n, "x_m" if n % 2 else "mode", n / 4 if n % 2 else n, 1)
         archive.add("datagrams", 1, "down", "ok", b"\x00\xff", 1, 1)
-        archive.add("events", 1, 2, 1, "info", "MODE", "a, \"quoted\"\nline", 1)
+        archive.add("events", 1, 2, 1, "info", "MODE", 'a, "quoted"\nline', 1)
     with reading(path) as db:
         expected = list(rows(db, "items"))
         for name, make in FORMATS.items():
@@ -433,15 +445,17 @@ def test_an_export_holds_every_row_in_each_format(tmp_path):
     with (tmp_path / "csv" / "items.csv").open(newline="") as file:
         read = list(csv.DictReader(file))
     assert [(int(r["utc_ns"]), r["name"], float(r["value"])) for r in read] == [
-        (r["utc_ns"], r["name"], r["value"]) for r in expected]
+        (r["utc_ns"], r["name"], r["value"]) for r in expected
+    ]
     assert {line.split(",")[4] for line in only.read_text().splitlines()[1:]} == {"x_m"}
-    assert next(csv.DictReader((tmp_path / "csv" / "events.csv").open(newline="")))["text"] == "a, \"quoted\"\nline"
+    assert next(csv.DictReader((tmp_path / "csv" / "events.csv").open(newline="")))["text"] == 'a, "quoted"\nline'
     assert next(csv.DictReader((tmp_path / "csv" / "datagrams.csv").open(newline="")))["data"] == "00ff"
     duck = duckdb.sql(f"select utc_ns, name, value from '{tmp_path}/parquet/items.parquet'").fetchall()
     assert duck == [(r["utc_ns"], r["name"], r["value"]) for r in expected]
     assert duckdb.sql(f"select data from '{tmp_path}/parquet/datagrams.parquet'").fetchall() == [(b"\x00\xff",)]
     with (tmp_path / "mcap" / "archive.mcap").open("rb") as file:
-        got = [(c.topic, m.log_time, m.publish_time, json.loads(m.data))
-               for _, c, m in make_reader(file).iter_messages()]
+        got = [
+            (c.topic, m.log_time, m.publish_time, json.loads(m.data)) for _, c, m in make_reader(file).iter_messages()
+        ]
     assert sum(topic == "/items/x_m" for topic, *_ in got) == 150
     assert next(row for row in got if row[0] == "/items/x_m")[1:] == (10**18 + 1, 7, {"value": 0.25})

@@ -85,9 +85,16 @@ def test_no_verb_that_reads_an_archive_ends_in_a_traceback(path, change):
     damage(path, change)
     (path.parent / "ground.toml").write_text("bench_seed = 7\narchive = 'archive.db'\n")
     end = ("--station", str(path.parent / "ground.toml"))
-    for words in (("events",), ("requests",), ("link", "--since", "100000d"), ("archive", "info"), ("archive", "gaps"),
-                  ("archive", "show", "items"), ("archive", "show", "reports"),
-                  ("archive", "export", "--out", str(path.parent / "out"))):
+    for words in (
+        ("events",),
+        ("requests",),
+        ("link", "--since", "100000d"),
+        ("archive", "info"),
+        ("archive", "gaps"),
+        ("archive", "show", "items"),
+        ("archive", "show", "reports"),
+        ("archive", "export", "--out", str(path.parent / "out")),
+    ):
         done = CliRunner().invoke(app, [*words, *end])
         told = isinstance(done.exception, ArchiveError | SystemExit | None)
         assert told, (words, done.exception)

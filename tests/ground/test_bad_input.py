@@ -118,8 +118,10 @@ def test_what_stops_the_rover_does_not_wait_for_a_locked_archive(meet, tmp_path,
     Archive(tmp_path / "archive.db").close()
     other = connect(tmp_path / "archive.db", isolation_level=None)
     other.execute("begin exclusive")
-    monkeypatch.setattr("ground.archive.schema.sqlite3.connect",
-                        lambda path, **more: (waits_s.append((path, more["timeout"])), connect(path, **more))[1])
+    monkeypatch.setattr(
+        "ground.archive.schema.sqlite3.connect",
+        lambda path, **more: (waits_s.append((path, more["timeout"])), connect(path, **more))[1],
+    )
     for verb in ("stop", "safe", "emergency-stop"):
         station = VirtualStation()
         code, lines, _ = meet(station, verb)
@@ -207,16 +209,24 @@ class CtrlC(VirtualClock):
         return turn
 
 
-@pytest.mark.parametrize(("argv", "silent", "after_s", "words"), [
-    (("watch",), (), 2.0, "interrupted\n"),
-    (("goto", "1", "1"), ((0.0, 1e9),), 2.0, "interrupted; NOT sent: goto\n"),
-    (("stop",), (), 0.0, "interrupted; NOT sent: stop\n"),
-    (("stop",), ((0.0, 1e9),), 2.0, "interrupted; sent and not confirmed yet: stop\n"),
-    (("goto", "1", "1"), (), 2.0,
-     "interrupted; the rover carries on with what it was told (goto), `ground stop` ends it\n"),
-])
-def test_ctrl_c_says_what_was_not_sent_and_what_the_rover_carries_on_with(meet, monkeypatch, argv, silent, after_s,
-                                                                          words):
+@pytest.mark.parametrize(
+    ("argv", "silent", "after_s", "words"),
+    [
+        (("watch",), (), 2.0, "interrupted\n"),
+        (("goto", "1", "1"), ((0.0, 1e9),), 2.0, "interrupted; NOT sent: goto\n"),
+        (("stop",), (), 0.0, "interrupted; NOT sent: stop\n"),
+        (("stop",), ((0.0, 1e9),), 2.0, "interrupted; sent and not confirmed yet: stop\n"),
+        (
+            ("goto", "1", "1"),
+            (),
+            2.0,
+            "interrupted; the rover carries on with what it was told (goto), `ground stop` ends it\n",
+        ),
+    ],
+)
+def test_ctrl_c_says_what_was_not_sent_and_what_the_rover_carries_on_with(
+    meet, monkeypatch, argv, silent, after_s, words
+):
     monkeypatch.setattr(f"{__name__}.VirtualClock", lambda _: CtrlC(after_s))
     code, _, err = meet(VirtualStation(silent=silent, drive_s=60.0), *argv)
     assert (code, err) == (130, f"ground: {words}")
@@ -239,8 +249,7 @@ def test_what_the_archive_could_not_write_is_told_at_ctrl_c_too(meet, monkeypatc
     monkeypatch.setattr(f"{__name__}.VirtualClock", lambda _: CtrlC(2.0))
     monkeypatch.setattr(Archive, "close", close)
     code, _, err = meet(VirtualStation(), "watch")
-    assert (code, err) == (
-        73, "ground: interrupted; archive.db: the disk is full; 3 rows of this run are not in it\n")
+    assert (code, err) == (73, "ground: interrupted; archive.db: the disk is full; 3 rows of this run are not in it\n")
 
 
 def test_what_a_station_never_sent_is_cancelled_with_that_in_the_archive(tmp_path, monkeypatch, capsys):

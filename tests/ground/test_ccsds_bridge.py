@@ -116,12 +116,18 @@ def test_everything_that_the_rovers_own_packer_says_comes_through_the_reader(rea
     """From the samplers over MAVLink and the session to packets: no item is lost, none is another's."""
     covariance = np.diag([0.01, 0.02, 0.03, 1e-4, 1e-4, 1e-4])
     view = View(
-        mode=Mode.AUTONOMOUS, phase=Phase.DRIVING,
+        mode=Mode.AUTONOMOUS,
+        phase=Phase.DRIVING,
         estimate=Estimate(Pose(1.5, -2.5, 0.25, 0.1, -0.2, 0.3), covariance, 0.1, 0.02),
         goal_m=(12.0, 3.0),
-        stop=7, wheels=tuple(WheelState(0.1 * n, 0.0, 0.2 * n, n, 0) for n in range(4)),
-        power=PowerState(27.5, 3.25, 0.75, 21.0, 0), fault_ids=(5, 63), lidar_good=1000, job="plan", job_ratio=0.5,
-    )  # fmt: skip
+        stop=7,
+        wheels=tuple(WheelState(0.1 * n, 0.0, 0.2 * n, n, 0) for n in range(4)),
+        power=PowerState(27.5, 3.25, 0.75, 21.0, 0),
+        fault_ids=(5, 63),
+        lidar_good=1000,
+        job="plan",
+        job_ratio=0.5,
+    )
     packer, receiver = Packer(), TelemetryReceiver()
     bundle = b"".join(frame for name in MESSAGES for frame in packer.message(name, view, 9 * S))
     news = [Item(1, *one) for one in receiver.receive(bundle, 1) if isinstance(one, Value)]
@@ -154,7 +160,10 @@ def test_a_report_is_read_with_state_text_and_numbers(reader):
     (packet,) = heard([ReportHeard(1, "goto", report)])
     fields = reader(packet)
     assert (int(fields["report_request"]), fields["report_command"], fields["report_state"]) == (
-        70_000, "goto", "COMPLETED")
+        70_000,
+        "goto",
+        "COMPLETED",
+    )
     assert (fields["report_text"], int(fields["report_numbers"])) == ("there", 2)
     assert [float(fields[f"report_number_{n}"]) for n in (0, 1)] == [1.5, -2.0]
     assert math.isnan(fields["report_number_2"])
@@ -306,10 +315,12 @@ def test_over_udp_a_datagram_is_a_packet_both_ways(writer, reader):
 
 
 def test_over_tcp_packets_follow_each_other_and_a_client_that_speaks_something_else_is_hung_up_on(writer, reader):
-    with shell("tcp:127.0.0.1:0", "tcp:127.0.0.1:0") as ports, \
-            socket.create_connection(ports.telemetry.bound, 10.0) as down, \
-            socket.create_connection(ports.telecommands.bound, 10.0) as up, \
-            socket.create_connection(ports.telecommands.bound, 10.0) as stranger:
+    with (
+        shell("tcp:127.0.0.1:0", "tcp:127.0.0.1:0") as ports,
+        socket.create_connection(ports.telemetry.bound, 10.0) as down,
+        socket.create_connection(ports.telecommands.bound, 10.0) as up,
+        socket.create_connection(ports.telecommands.bound, 10.0) as stranger,
+    ):
         splitter, found = space_packets.Splitter(), []
         up.sendall(writer.packet("stop") + writer.packet("safe")[:9])
         up.sendall(writer.packet("safe")[9:])

@@ -69,10 +69,19 @@ def test_help_of_goto_says_that_it_replaces_one_that_runs(capsys):
     assert "A goto replaces one that runs" in ended(capsys, "goto", "--help")[1]
 
 
-@pytest.mark.parametrize("argv", [
-    ["goto"], ["goto", "12"], ["goto", "12", "east"], ["fly"], ["stop", "--loud"], ["get", "cheese"],
-    ["goto", "1e9", "0"], ["script", "-", "--barrier", "somewhere"],
-])
+@pytest.mark.parametrize(
+    "argv",
+    [
+        ["goto"],
+        ["goto", "12"],
+        ["goto", "12", "east"],
+        ["fly"],
+        ["stop", "--loud"],
+        ["get", "cheese"],
+        ["goto", "1e9", "0"],
+        ["script", "-", "--barrier", "somewhere"],
+    ],
+)
 def test_wrong_usage_is_one_line_and_exit_code_64(capsys, argv):
     code, text = ended(capsys, *argv)
     assert code == 64
@@ -139,12 +148,18 @@ def test_nobody_on_the_link_is_exit_code_69(capsys, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(("linked", "waited_s"), [(False, 3), (True, 20)])
-def test_a_link_without_a_peer_is_given_up_after_3_s_a_silent_peer_after_20_s(capsys, tmp_path, monkeypatch, linked,
-                                                                               waited_s):
+def test_a_link_without_a_peer_is_given_up_after_3_s_a_silent_peer_after_20_s(
+    capsys, tmp_path, monkeypatch, linked, waited_s
+):
     now_s = [0.0]
-    monkeypatch.setattr("transport.link_end.time", SimpleNamespace(
-        monotonic=lambda: now_s[0], monotonic_ns=lambda: round(now_s[0] * 1e9),
-        sleep=lambda _: now_s.__setitem__(0, now_s[0] + 0.25)))
+    monkeypatch.setattr(
+        "transport.link_end.time",
+        SimpleNamespace(
+            monotonic=lambda: now_s[0],
+            monotonic_ns=lambda: round(now_s[0] * 1e9),
+            sleep=lambda _: now_s.__setitem__(0, now_s[0] + 0.25),
+        ),
+    )
     monkeypatch.setattr("transport.zenoh_end.ZenohEnd.linked", linked)
     station(tmp_path)
     code, text = ended(capsys, "stop")
@@ -153,15 +168,18 @@ def test_a_link_without_a_peer_is_given_up_after_3_s_a_silent_peer_after_20_s(ca
     assert ("nobody answered within 20 s" if linked else "nobody is there") in text
 
 
-@pytest.mark.parametrize(("text", "part"), [
-    ("", "nothing in it"),
-    ("goto 12", "s:1: goto: `y_m` is missing"),
-    ("# first\nat two: stop", "s:2: `at two: stop` should be `at SECONDS: COMMAND`"),
-    ("gogo 1 2", "did you mean `goto`"),
-    ("wait goto", "no such command before this line; asked so far: none"),
-    ("goto 1 2 3 4", "goto takes x_m y_m heading_rad"),
-    ("get cheese", "should be one of ldem, scan"),
-])
+@pytest.mark.parametrize(
+    ("text", "part"),
+    [
+        ("", "nothing in it"),
+        ("goto 12", "s:1: goto: `y_m` is missing"),
+        ("# first\nat two: stop", "s:2: `at two: stop` should be `at SECONDS: COMMAND`"),
+        ("gogo 1 2", "did you mean `goto`"),
+        ("wait goto", "no such command before this line; asked so far: none"),
+        ("goto 1 2 3 4", "goto takes x_m y_m heading_rad"),
+        ("get cheese", "should be one of ldem, scan"),
+    ],
+)
 def test_a_wrong_script_line_is_named(text, part):
     with pytest.raises(ScriptError) as error:
         parse(text, "s")
@@ -171,16 +189,25 @@ def test_a_wrong_script_line_is_named(text, part):
 def test_a_script_reads_as_written():
     steps = parse("at 2.0: goto 12 3 180  # north\nwait goto\nwait 1.5\nget ldem\n")
     assert [(s.verb, s.name, s.at_s, s.pause_s) for s in steps] == [
-        ("command", "goto", 2.0, 0.0), ("wait", "goto", None, 0.0), ("pause", "", None, 1.5),
-        ("command", "get", None, 0.0)]
+        ("command", "goto", 2.0, 0.0),
+        ("wait", "goto", None, 0.0),
+        ("pause", "", None, 1.5),
+        ("command", "get", None, 0.0),
+    ]
     assert steps[0].arguments == pytest.approx({"x_m": 12.0, "y_m": 3.0, "heading_rad": 3.14159265})
 
 
-@pytest.mark.parametrize(("typed", "completed"), [
-    ("ground arch", "archive"), ("ground get l", "ldem"), ("ground plot volt", "voltage_v"),
-    ("ground faults mask COMM", "COMMAND_LOST"), ("ground fence add pit k", "keep_out"),
-    ("ground archive export --format p", "parquet"),
-])
+@pytest.mark.parametrize(
+    ("typed", "completed"),
+    [
+        ("ground arch", "archive"),
+        ("ground get l", "ldem"),
+        ("ground plot volt", "voltage_v"),
+        ("ground faults mask COMM", "COMMAND_LOST"),
+        ("ground fence add pit k", "keep_out"),
+        ("ground archive export --format p", "parquet"),
+    ],
+)
 def test_the_shell_completes_verbs_products_items_faults_and_choices(capsys, monkeypatch, typed, completed):
     monkeypatch.setenv("_GROUND_COMPLETE", "complete_bash")
     monkeypatch.setenv("COMP_WORDS", typed)

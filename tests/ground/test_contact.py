@@ -63,8 +63,9 @@ def test_in_lock_step_a_silent_rover_is_told_by_bench_time_without_news_of_the_l
 
 def test_in_lock_step_the_carrier_is_the_bench_s_business(meet, tmp_path):
     (tmp_path / "s").write_text("wait 40\n")
-    code, _, _ = meet(VirtualStation(closed_s=1.0), "script", "s", "--barrier", "tcp:127.0.0.1:1",
-                      clock=VirtualClock(repeatable=True))
+    code, _, _ = meet(
+        VirtualStation(closed_s=1.0), "script", "s", "--barrier", "tcp:127.0.0.1:1", clock=VirtualClock(repeatable=True)
+    )
     assert code == 0
 
 
@@ -75,8 +76,9 @@ def test_silence_in_json_is_an_object_of_its_own(meet):
 
 
 def test_a_closed_carrier_ends_a_goto_with_69_after_5_s(meet):
-    code, _, err = meet(VirtualStation(closed_s=10.0, drive_s=NEVER_S), "goto", "12", "3",
-                        clock=VirtualClock(limit_s=15.1))
+    code, _, err = meet(
+        VirtualStation(closed_s=10.0, drive_s=NEVER_S), "goto", "12", "3", clock=VirtualClock(limit_s=15.1)
+    )
     assert code == 69
     assert err == f"ground: the link's carrier has closed; {CARRIES_ON}\n"
 
@@ -143,14 +145,20 @@ def test_a_command_that_is_not_finished_in_time_is_exit_code_75(meet):
     assert (code, err) == (75, f"ground: not finished in time; {CARRIES_ON}\n")
 
 
-@pytest.mark.parametrize(("argv", "silent", "words"), [
-    (["goto", "1", "1"], ((0.0, NEVER_S),), "NOT sent: goto"),
-    (["goto", "1", "1", "--start", "2030-01-01T00:00:00Z"], ((0.0, NEVER_S),), "nothing was sent"),
-    (["stop"], ((0.0, NEVER_S),), "sent and not confirmed yet: stop"),
-    (["status"], ((0.2, NEVER_S),), "sent and nothing heard of it: status"),
-    (["goto", "1", "1"], ((0.2, NEVER_S),),
-     "sent and nothing heard of it: goto; the rover may do it, `ground stop` ends it"),
-])
+@pytest.mark.parametrize(
+    ("argv", "silent", "words"),
+    [
+        (["goto", "1", "1"], ((0.0, NEVER_S),), "NOT sent: goto"),
+        (["goto", "1", "1", "--start", "2030-01-01T00:00:00Z"], ((0.0, NEVER_S),), "nothing was sent"),
+        (["stop"], ((0.0, NEVER_S),), "sent and not confirmed yet: stop"),
+        (["status"], ((0.2, NEVER_S),), "sent and nothing heard of it: status"),
+        (
+            ["goto", "1", "1"],
+            ((0.2, NEVER_S),),
+            "sent and nothing heard of it: goto; the rover may do it, `ground stop` ends it",
+        ),
+    ],
+)
 def test_what_is_not_finished_in_time_says_what_is_so(meet, argv, silent, words):
     station = VirtualStation(silent=silent, drive_s=NEVER_S)
     station.rover.receive = lambda *_: None  # nothing reaches it

@@ -35,8 +35,11 @@ def met():
 
 def goto(client: Client, x_m: float, y_m: float, yaw_rad: float = math.nan, confirmation: int = 0) -> None:
     lat, lon, height_m = ORIGIN.globe(x_m, y_m, 0.0)
-    client.say(m.MAVLink_command_int_message(
-        1, 1, m.MAV_FRAME_GLOBAL_INT, GOTO, 0, 0, -1.0, 0.0, 0.0, yaw_rad, e7(lat), e7(lon), height_m))
+    client.say(
+        m.MAVLink_command_int_message(
+            1, 1, m.MAV_FRAME_GLOBAL_INT, GOTO, 0, 0, -1.0, 0.0, 0.0, yaw_rad, e7(lat), e7(lon), height_m
+        )
+    )
 
 
 # -- what is shown ---------------------------------------------------------------------------------------------
@@ -48,7 +51,10 @@ def test_the_rover_is_shown_as_a_ground_rover_where_it_is():
     bed.step(3.0)
     beat = client.heard("HEARTBEAT")[-1]
     assert (beat.type, beat.custom_mode, beat.system_status) == (
-        m.MAV_TYPE_GROUND_ROVER, custom_mode(Mode.STANDBY), m.MAV_STATE_STANDBY)
+        m.MAV_TYPE_GROUND_ROVER,
+        custom_mode(Mode.STANDBY),
+        m.MAV_STATE_STANDBY,
+    )
     local, attitude = client.heard("LOCAL_POSITION_NED")[-1], client.heard("ATTITUDE")[-1]
     assert (local.x, local.y, local.z) == pytest.approx((3.0, 12.0, -0.5))  # north, east, down
     assert math.degrees(attitude.yaw) == pytest.approx(60.0)  # 30 degrees from east is 60 from north
@@ -245,10 +251,15 @@ def late(tick, zero_ns, now_ns):
 @pytest.mark.parametrize(
     ("command", "params", "name"),
     [
-        (PAUSE, (0,), "stop"), (m.MAV_CMD_OVERRIDE_GOTO, (m.MAV_GOTO_DO_HOLD,), "stop"),
-        (m.MAV_CMD_NAV_RETURN_TO_LAUNCH, (), "return"), (m.MAV_CMD_DO_FLIGHTTERMINATION, (1,), "emergency_stop"),
-        (m.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, (1,), "reboot"), (m.MAV_CMD_PREFLIGHT_STORAGE, (1,), "param_save"),
-        (m.MAV_CMD_USER_1, (), "safe"), (m.MAV_CMD_USER_2, (), "scan"), (m.MAV_CMD_CONDITION_YAW, (90,), "turn"),
+        (PAUSE, (0,), "stop"),
+        (m.MAV_CMD_OVERRIDE_GOTO, (m.MAV_GOTO_DO_HOLD,), "stop"),
+        (m.MAV_CMD_NAV_RETURN_TO_LAUNCH, (), "return"),
+        (m.MAV_CMD_DO_FLIGHTTERMINATION, (1,), "emergency_stop"),
+        (m.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, (1,), "reboot"),
+        (m.MAV_CMD_PREFLIGHT_STORAGE, (1,), "param_save"),
+        (m.MAV_CMD_USER_1, (), "safe"),
+        (m.MAV_CMD_USER_2, (), "scan"),
+        (m.MAV_CMD_CONDITION_YAW, (90,), "turn"),
         (m.MAV_CMD_DO_SET_MODE, (1, custom_mode(Mode.STANDBY)), "stop"),
         (m.MAV_CMD_DO_SET_MODE, (1, custom_mode(Mode.ESTOP)), "emergency_stop"),
     ],
@@ -264,12 +275,19 @@ def test_a_mapped_command_becomes_ours(met, command, params, name):
 @pytest.mark.parametrize(
     ("command", "params", "result"),
     [
-        (PAUSE, (1,), DENIED), (m.MAV_CMD_MISSION_START, (), DENIED), (ARM, (0.5,), DENIED),
-        (m.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, (2,), DENIED), (m.MAV_CMD_DO_SET_MODE, (1, 99), DENIED),
-        (m.MAV_CMD_DO_SET_MODE, (1, custom_mode(Mode.TELEOP)), DENIED), (GOTO, (0, 0, 0, 0, math.nan, 0), DENIED),
-        (GOTO, (0, 0, 0, 0, 95.0, 0), DENIED), (GOTO, (0, 0, 0, math.nan, 0.0, 0.0), DENIED),
-        (m.MAV_CMD_NAV_TAKEOFF, (), UNSUPPORTED), (m.MAV_CMD_SET_MESSAGE_INTERVAL, (30, 1e5), UNSUPPORTED),
-        (m.MAV_CMD_REQUEST_MESSAGE, (math.nan,), UNSUPPORTED), (m.MAV_CMD_DO_SET_MODE, (math.inf, 1), DENIED),
+        (PAUSE, (1,), DENIED),
+        (m.MAV_CMD_MISSION_START, (), DENIED),
+        (ARM, (0.5,), DENIED),
+        (m.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, (2,), DENIED),
+        (m.MAV_CMD_DO_SET_MODE, (1, 99), DENIED),
+        (m.MAV_CMD_DO_SET_MODE, (1, custom_mode(Mode.TELEOP)), DENIED),
+        (GOTO, (0, 0, 0, 0, math.nan, 0), DENIED),
+        (GOTO, (0, 0, 0, 0, 95.0, 0), DENIED),
+        (GOTO, (0, 0, 0, math.nan, 0.0, 0.0), DENIED),
+        (m.MAV_CMD_NAV_TAKEOFF, (), UNSUPPORTED),
+        (m.MAV_CMD_SET_MESSAGE_INTERVAL, (30, 1e5), UNSUPPORTED),
+        (m.MAV_CMD_REQUEST_MESSAGE, (math.nan,), UNSUPPORTED),
+        (m.MAV_CMD_DO_SET_MODE, (math.inf, 1), DENIED),
     ],
 )
 def test_what_is_not_mapped_or_makes_no_sense_reaches_no_rover(met, command, params, result):

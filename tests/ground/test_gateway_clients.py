@@ -123,8 +123,21 @@ def test_pymavlink_arms_uploads_starts_and_disarms(stack, monkeypatch):
             answered += 1
             lat, lon, height_m = ORIGIN.globe(*GOALS[request.seq], 0.0)
             conn.mav.mission_item_int_send(
-                1, 1, request.seq, m.MAV_FRAME_GLOBAL_INT, m.MAV_CMD_NAV_WAYPOINT, 0, 1, 0, 0, 0, math.nan, e7(lat),
-                e7(lon), height_m)
+                1,
+                1,
+                request.seq,
+                m.MAV_FRAME_GLOBAL_INT,
+                m.MAV_CMD_NAV_WAYPOINT,
+                0,
+                1,
+                0,
+                0,
+                0,
+                math.nan,
+                e7(lat),
+                e7(lon),
+                height_m,
+            )
     assert client.all("MISSION_ACK")[0].type == m.MAV_MISSION_ACCEPTED
     conn.mav.command_long_send(1, 1, m.MAV_CMD_MISSION_START, 0, 0, 1, 0, 0, 0, 0, 0)
     bed.until(lambda: client.results(m.MAV_CMD_MISSION_START)[-1:] == [m.MAV_RESULT_ACCEPTED])
@@ -143,7 +156,8 @@ def test_over_a_lunar_delay_a_stale_acknowledgement_confirms_no_other_command(st
     for n, x_m in enumerate((5.0, 6.0)):
         lat, lon, _ = ORIGIN.globe(x_m, 0.0, 0.0)
         client.conn.mav.command_int_send(
-            1, 1, m.MAV_FRAME_GLOBAL_INT, GOTO, 0, 0, -1, 0, 0, math.nan, e7(lat), e7(lon), 0)
+            1, 1, m.MAV_FRAME_GLOBAL_INT, GOTO, 0, 0, -1, 0, 0, math.nan, e7(lat), e7(lon), 0
+        )
         bed.step(0.3 + n)
     accepted = []
     while len(accepted) < 2:
@@ -211,9 +225,20 @@ class MavProxy:
         if CLIENTS.exists():
             env["PYTHONPATH"] = str(CLIENTS)
         self.run = subprocess.Popen(
-            [*_mavproxy(), f"--master=udpout:127.0.0.1:{bed.port}", "--mav20", "--dialect=common",
-             "--default-modules=param,wp,arm,misc,cmdlong,mode", f"--state-basedir={folder}"],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, cwd=folder, env=env)
+            [
+                *_mavproxy(),
+                f"--master=udpout:127.0.0.1:{bed.port}",
+                "--mav20",
+                "--dialect=common",
+                "--default-modules=param,wp,arm,misc,cmdlong,mode",
+                f"--state-basedir={folder}",
+            ],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            cwd=folder,
+            env=env,
+        )
         stack.callback(self._end)
         os.set_blocking(self.run.stdout.fileno(), False)
         self.text = ""

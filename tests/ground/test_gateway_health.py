@@ -29,8 +29,9 @@ def test_a_rover_that_is_well_has_all_of_them_present_enabled_and_healthy():
     assert masks(seen()) == (ALL, ALL, ALL)
 
 
-@pytest.mark.parametrize(("item", "bit"), [
-    ("lidar_good", LIDAR), ("rate_1_radps", MOTORS), ("voltage_v", BATTERY), ("x_m", POSE)])
+@pytest.mark.parametrize(
+    ("item", "bit"), [("lidar_good", LIDAR), ("rate_1_radps", MOTORS), ("voltage_v", BATTERY), ("x_m", POSE)]
+)
 def test_what_no_telemetry_shows_is_absent(item, bit):
     known = {name: value for name, value in FLYING.items() if name != item}
     for found in (masks(Seen(known, 60 * S, False, ORIGIN)), masks(seen(**{item: float("nan")}))):
@@ -47,10 +48,22 @@ def test_a_scanner_that_gave_no_frame_yet_and_an_imu_in_the_first_second_are_not
     assert masks(seen(S // 2)).present == ALL - GYRO - ACCEL
 
 
-@pytest.mark.parametrize(("name", "ill"), [
-    ("LIDAR_SILENT", LIDAR), ("LIDAR_DIRTY", LIDAR), ("IMU_DEAD", GYRO | ACCEL), ("IMU_BIAS", GYRO),
-    ("WHEEL_STUCK", MOTORS), ("STEER_OFFSET", MOTORS), ("POWER_LOW", BATTERY), ("POSE_UNSURE", POSE),
-    ("CAN_BUS_OFF", GYRO | ACCEL | MOTORS), ("LOOP", 0), ("KEEP_OUT", 0)])
+@pytest.mark.parametrize(
+    ("name", "ill"),
+    [
+        ("LIDAR_SILENT", LIDAR),
+        ("LIDAR_DIRTY", LIDAR),
+        ("IMU_DEAD", GYRO | ACCEL),
+        ("IMU_BIAS", GYRO),
+        ("WHEEL_STUCK", MOTORS),
+        ("STEER_OFFSET", MOTORS),
+        ("POWER_LOW", BATTERY),
+        ("POSE_UNSURE", POSE),
+        ("CAN_BUS_OFF", GYRO | ACCEL | MOTORS),
+        ("LOOP", 0),
+        ("KEEP_OUT", 0),
+    ],
+)
 def test_a_fault_makes_ill_what_it_is_of_and_takes_nothing_away(name, ill):
     assert masks(seen(faults=fault(name))) == (ALL, ALL, ALL & ~ill)
 

@@ -25,11 +25,20 @@ def count(client: Client, number: int, kind: int = m.MAV_MISSION_TYPE_MISSION) -
     client.say(m.MAVLink_mission_count_message(1, 1, number, kind))
 
 
-def item(client: Client, seq: int, x_m: float, y_m: float, command: int = m.MAV_CMD_NAV_WAYPOINT,
-         frame: int = m.MAV_FRAME_GLOBAL_INT) -> None:
+def item(
+    client: Client,
+    seq: int,
+    x_m: float,
+    y_m: float,
+    command: int = m.MAV_CMD_NAV_WAYPOINT,
+    frame: int = m.MAV_FRAME_GLOBAL_INT,
+) -> None:
     lat, lon, height_m = ORIGIN.globe(x_m, y_m, 0.0)
-    client.say(m.MAVLink_mission_item_int_message(
-        1, 1, seq, frame, command, 0, 1, 0, 0, 0, math.nan, e7(lat), e7(lon), height_m))
+    client.say(
+        m.MAVLink_mission_item_int_message(
+            1, 1, seq, frame, command, 0, 1, 0, 0, 0, math.nan, e7(lat), e7(lon), height_m
+        )
+    )
 
 
 def upload(client: Client, goals=GOALS) -> list[int]:
@@ -184,8 +193,11 @@ def test_a_home_in_front_is_no_goal_where_that_is_said():
 def test_the_single_item_of_older_programs_is_a_goto(met):
     bed, client = met
     lat, lon, _ = ORIGIN.globe(7.0, 2.0, 0.0)
-    client.say(m.MAVLink_mission_item_message(
-        1, 1, 0, m.MAV_FRAME_GLOBAL_RELATIVE_ALT, m.MAV_CMD_NAV_WAYPOINT, 2, 1, 0, 0, 0, 0, lat, lon, 0.0))
+    client.say(
+        m.MAVLink_mission_item_message(
+            1, 1, 0, m.MAV_FRAME_GLOBAL_RELATIVE_ALT, m.MAV_CMD_NAV_WAYPOINT, 2, 1, 0, 0, 0, 0, lat, lon, 0.0
+        )
+    )
     assert results(client) == []
     bed.step(1.0)
     assert results(client) == [m.MAV_MISSION_ACCEPTED]

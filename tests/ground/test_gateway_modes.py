@@ -35,8 +35,11 @@ def walk():
 
 
 def test_of_all_mode_numbers_only_auto_mission_and_auto_rtl_of_an_armed_rover_start_motion():
-    moved = {(enabled, number, sub, made.name) for _, enabled, number, sub, made in walk()
-             if not isinstance(made, Answer) and made.name in MOVES}
+    moved = {
+        (enabled, number, sub, made.name)
+        for _, enabled, number, sub, made in walk()
+        if not isinstance(made, Answer) and made.name in MOVES
+    }
     assert moved == {(True, AUTO, MISSION, "mission"), (True, AUTO, RTL, "return")}
 
 

@@ -78,6 +78,7 @@ def test_what_the_rover_says_of_it_later_counts():
 @pytest.mark.parametrize(("station", "before", "found"), [(1, False, "stop"), (2, False, ""), (1, True, "")])
 def test_a_stop_of_another_process_is_found_in_the_archive(tmp_path, station, before, found):
     with Archive(tmp_path / "a.db", 1) as mine, Archive(tmp_path / "a.db", 1) as other:
+
         def stop():
             other.add("requests", 5, 300, station, "stop", "{}")
             other.commit()

@@ -26,8 +26,12 @@ def made(tmp_path, capsys):
 
 
 def secrets_of(folder) -> set[str]:
-    return {word for path in folder.rglob("*key*") if path.is_file() for word in re.findall(r"[0-9a-f]{64}",
-                                                                                           path.read_text())}
+    return {
+        word
+        for path in folder.rglob("*key*")
+        if path.is_file()
+        for word in re.findall(r"[0-9a-f]{64}", path.read_text())
+    }
 
 
 def test_init_makes_files_that_only_their_owner_reads_and_shows_no_secret(made):
@@ -59,8 +63,9 @@ def test_init_refuses_to_overwrite_and_changes_nothing(made, capsys):
 
 def test_show_ids_gives_the_same_fingerprint_at_both_ends_and_no_secret(made, capsys):
     folder, _ = made
-    code, out, _ = ended(capsys, "keys", "show-ids", str(folder / "rover" / "command.keys"),
-                         str(folder / "station-2" / "command.key"))
+    code, out, _ = ended(
+        capsys, "keys", "show-ids", str(folder / "rover" / "command.keys"), str(folder / "station-2" / "command.key")
+    )
     prints = re.findall(r"station 2 +([0-9a-f]{10})", out)
     assert code == 0 and len(prints) == 2 and len(set(prints)) == 1
     assert not any(secret[:16] in out for secret in secrets_of(folder))
@@ -77,7 +82,8 @@ def test_rotate_to_an_epoch_that_is_not_loaded_here_is_refused_before_anything_i
     folder, _ = made
     (tmp_path / "ground.toml").write_text(
         f"command_keys = '{folder}/station-1/command.key'\ndownlink_key = '{folder}/station-1/downlink.key'\n"
-        "state = 'state'\n")
+        "state = 'state'\n"
+    )
     code, _, err = ended(capsys, "keys", "rotate", "9", "--station", str(tmp_path / "ground.toml"))
     assert code == 64 and "epoch 9 is not loaded here" in err and "loaded: 0 1 2 3" in err
 
@@ -106,7 +112,9 @@ def test_a_viewer_which_has_no_command_key_cannot_command(made, tmp_path, monkey
     for words in (["goto", "1", "2"], ["stop"], ["lease", "ask"]):
         code, _, err = ended(capsys, *words, "--station", str(tmp_path / "ground.toml"))
         assert (code, err) == (
-            78, "ground: this station has no command key (command_keys): it may watch, not command\n")
+            78,
+            "ground: this station has no command key (command_keys): it may watch, not command\n",
+        )
 
 
 def test_a_viewers_session_seals_nothing_whatever_is_asked(made):

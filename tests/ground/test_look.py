@@ -58,7 +58,8 @@ def test_events_are_listed_by_severity_name_and_number(flown, capsys):
     assert code == 0
     assert lines == [
         "2001-09-09 01:46:41.0  info      MODE: STANDBY -> AUTONOMOUS  (onboard 1.00 s)",
-        "2001-09-09 01:46:42.0  warning   FAULT: SLIP_HIGH  (onboard 2.00 s)"]
+        "2001-09-09 01:46:42.0  warning   FAULT: SLIP_HIGH  (onboard 2.00 s)",
+    ]
     assert len(told(capsys, "events", "--severity", "warning")[1]) == 1
     (line,) = told(capsys, "events", "--last", "1", "--json")[1]
     assert json.loads(line)["name"] == "FAULT"
@@ -169,9 +170,17 @@ def test_calibrate_says_that_it_is_not_on_board(capsys):
     assert code == 64 and "`onboard calibrate`" in err
 
 
-@pytest.mark.parametrize("argv", [
-    ["events"], ["requests"], ["archive", "info"], ["plot", "x_m"], ["link", "--since", "1h"],
-], ids=lambda argv: argv[0])
+@pytest.mark.parametrize(
+    "argv",
+    [
+        ["events"],
+        ["requests"],
+        ["archive", "info"],
+        ["plot", "x_m"],
+        ["link", "--since", "1h"],
+    ],
+    ids=lambda argv: argv[0],
+)
 def test_without_an_archive_each_says_so_in_one_line(tmp_path, monkeypatch, capsys, argv):
     monkeypatch.chdir(tmp_path)
     assert told(capsys, *argv)[0] == 66
@@ -183,8 +192,9 @@ def test_without_an_archive_each_says_so_in_one_line(tmp_path, monkeypatch, caps
     assert code == 66 and "no archive there" in err
 
 
-@pytest.mark.parametrize(("text", "ns"), [("2001-09-09T01:46:40", UTC_NS), ("2001-09-09T03:46:40+02:00", UTC_NS),
-                                          ("1970-01-02", 86_400 * S)])
+@pytest.mark.parametrize(
+    ("text", "ns"), [("2001-09-09T01:46:40", UTC_NS), ("2001-09-09T03:46:40+02:00", UTC_NS), ("1970-01-02", 86_400 * S)]
+)
 def test_a_time_is_utc_unless_it_says_otherwise(text, ns):
     assert when.utc_ns(text) == ns
 
@@ -227,8 +237,10 @@ def test_gaps_between_runs_of_a_station_are_named_so(flown, capsys):
     assert lines[1].endswith("datagrams  488 not heard: no station was open, 12 to 499, boot 1")
     assert lines[2].endswith("events     37 not heard: no station was open, 3 to 39, boot 1")
     assert lines[3].endswith("events     1 missing, 41 to 41, boot 1")
-    assert any(line.startswith("no station open  491.0 s, 488 datagrams") for line in
-               told(capsys, "link", "--since", "2001-09-09")[1])
+    assert any(
+        line.startswith("no station open  491.0 s, 488 datagrams")
+        for line in told(capsys, "link", "--since", "2001-09-09")[1]
+    )
 
 
 def test_no_datagrams_have_no_rates():

@@ -26,18 +26,26 @@ GOTO = commands.encode(commands.Telecommand(5, 10 * S, 70 * S, "goto", commands.
 ENDED = "its station ended before the outcome"
 
 
-@pytest.mark.parametrize(("orphan", "boot_id", "later_s", "words"), [
-    ({"state": "STARTED", "boot_id": 3}, 3, 1e6, None),
-    ({"state": "STARTED", "boot_id": 3}, 4, 1,
-     f"{ENDED}; the rover has been restarted since (boot 4); until then: started"),
-    ({}, 4, 60, None),
-    ({}, 4, 659, None),
-    ({}, 4, 661, f"{ENDED}; nothing was heard of it, it may have been done"),
-    ({"payload": b""}, 4, 601, f"{ENDED}; nothing was heard of it, it may have been done"),
-    ({"state": "ACCEPTED"}, 4, 661, f"{ENDED}; nothing more was heard of it"),
-])
-def test_a_request_ends_by_a_new_boot_or_when_its_lifetime_is_over_and_nothing_was_heard(orphan, boot_id, later_s,
-                                                                                         words):
+@pytest.mark.parametrize(
+    ("orphan", "boot_id", "later_s", "words"),
+    [
+        ({"state": "STARTED", "boot_id": 3}, 3, 1e6, None),
+        (
+            {"state": "STARTED", "boot_id": 3},
+            4,
+            1,
+            f"{ENDED}; the rover has been restarted since (boot 4); until then: started",
+        ),
+        ({}, 4, 60, None),
+        ({}, 4, 659, None),
+        ({}, 4, 661, f"{ENDED}; nothing was heard of it, it may have been done"),
+        ({"payload": b""}, 4, 601, f"{ENDED}; nothing was heard of it, it may have been done"),
+        ({"state": "ACCEPTED"}, 4, 661, f"{ENDED}; nothing more was heard of it"),
+    ],
+)
+def test_a_request_ends_by_a_new_boot_or_when_its_lifetime_is_over_and_nothing_was_heard(
+    orphan, boot_id, later_s, words
+):
     one = Orphan(5, "goto", GOTO, UTC_NS)._replace(**orphan)
     assert fate(one, boot_id, UTC_NS + round(later_s * S)) == words
 
@@ -123,8 +131,9 @@ def test_one_that_the_rover_never_had_is_not_sent_again_and_ends_when_its_lifeti
     assert sessions.chain.reports[-1][1:] == ("FAILED", f"{ENDED}; nothing was heard of it, it may have been done")
     assert sessions.air.rover.executed == []
     with sqlite3.connect(sessions.path) as db:
-        db.execute("insert into reports values (9, 1, ?, 1, 2, 'COMPLETED', 0, 'there', '[]', 1)",
-                   (sessions.chain.request_id,))
+        db.execute(
+            "insert into reports values (9, 1, ?, 1, 2, 'COMPLETED', 0, 'there', '[]', 1)", (sessions.chain.request_id,)
+        )
     assert sessions.chain.state == "COMPLETED"  # what the rover says counts more, whenever it comes
     with sqlite3.connect(sessions.path) as db:
         assert db.execute("select code from reports where state = 'FAILED'").fetchone() == (Code.RESTARTED,)
@@ -132,10 +141,13 @@ def test_one_that_the_rover_never_had_is_not_sent_again_and_ends_when_its_lifeti
 
 def test_a_run_is_dead_when_its_process_is(tmp_path):
     path = tmp_path / "a.db"
-    code = ("import sys; from ground.archive.unfinished_requests import Living; one = Living(sys.argv[1], 7)\n"
-            "sys.stdout.write('held\\n'); sys.stdout.flush(); sys.stdin.read()")
-    other = subprocess.Popen([sys.executable, "-c", code, str(path)], text=True, stdin=subprocess.PIPE,
-                             stdout=subprocess.PIPE)
+    code = (
+        "import sys; from ground.archive.unfinished_requests import Living; one = Living(sys.argv[1], 7)\n"
+        "sys.stdout.write('held\\n'); sys.stdout.flush(); sys.stdin.read()"
+    )
+    other = subprocess.Popen(
+        [sys.executable, "-c", code, str(path)], text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    )
     with other:
         assert other.stdout.readline() == "held\n"
         here = Living(path, 8)

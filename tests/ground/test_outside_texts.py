@@ -95,8 +95,11 @@ def test_a_way_that_is_none_is_told_and_ends_no_program(data):
 
 
 def test_a_way_takes_over_no_word_of_the_news():
-    tree = json.loads(news_json(ProductHeard(7, Product(9, "way", "json", json.dumps({**WAY, "at_ns": 0, "news": "x",
-                                                                                        "more": 1}).encode()))))
+    tree = json.loads(
+        news_json(
+            ProductHeard(7, Product(9, "way", "json", json.dumps({**WAY, "at_ns": 0, "news": "x", "more": 1}).encode()))
+        )
+    )
     assert (tree["news"], tree["at_ns"], "more" in tree) == ("way", 7, False)
 
 
@@ -117,8 +120,11 @@ def test_what_the_verbs_write_has_control_characters_visible(capsys):
 
 def test_no_file_of_the_station_writes_to_a_terminal_but_the_one_that_makes_texts_visible():
     own = {"ground/cli/verbs/screen.py", "ground/cli/verbs/options.py"}  # the second asks its own question
-    found = {str(path.relative_to(ROOT)) for path in (ROOT / "ground").rglob("*.py")
-             if re.search(r"std(out|err)\.write|(?<![\w.])print\(", path.read_text())}
+    found = {
+        str(path.relative_to(ROOT))
+        for path in (ROOT / "ground").rglob("*.py")
+        if re.search(r"std(out|err)\.write|(?<![\w.])print\(", path.read_text())
+    }
     assert found <= own
 
 

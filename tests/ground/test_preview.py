@@ -77,9 +77,13 @@ def test_the_previewed_path_is_the_one_that_the_rover_then_reports(kept, capsys)
     orders = [Order(0.5, "scan"), Order(9.5, "get", {"product": "ldem"}), Order(11.0, "goto", {"x_m": 2.5, "y_m": 0.7})]
     bench, receiver, got = InMemory(scenario, orders, step_ns=CAMPAIGN_STEP_NS), bulk.Receiver(payload_limit(1e9)), {}
     while "way" not in got and bench.tick < 2500:
-        bench.step(lambda tick, inputs, outputs, *_: [
-            got.update({product.name: product}) for kind, payload in outputs.link_payloads if kind == Kind.BULK_CHUNK
-            and (product := receiver.receive(payload, inputs.now_ns)) is not None])  # fmt: skip
+        bench.step(
+            lambda tick, inputs, outputs, *_: [
+                got.update({product.name: product})
+                for kind, payload in outputs.link_payloads
+                if kind == Kind.BULK_CHUNK and (product := receiver.receive(payload, inputs.now_ns)) is not None
+            ]
+        )
     start, orbit = bench.start, bench.field.gdem
     bench.free()
     folder = kept(got["ldem"].data)
@@ -121,9 +125,14 @@ def test_without_a_map_it_says_how_to_get_one(kept, capsys):
     assert err.count("\n") == 1
 
 
-@pytest.mark.parametrize(("data", "part"), [
-    (b"LDM1", "damaged"), (flat()[:-3], "damaged"), (flat()[: flat().index(b"POS1")], "older program"),
-])
+@pytest.mark.parametrize(
+    ("data", "part"),
+    [
+        (b"LDM1", "damaged"),
+        (flat()[:-3], "damaged"),
+        (flat()[: flat().index(b"POS1")], "older program"),
+    ],
+)
 def test_a_damaged_or_old_map_is_one_line_and_exit_code_65(kept, capsys, data, part):
     kept(data)
     code, _, err = told(capsys, "1", "0")
@@ -215,8 +224,10 @@ def test_a_file_of_get_ldem_gives_the_same_as_the_archive(kept, capsys):
     folder = kept(data)
     (folder / "map.bin").write_bytes(data)
     np.savez_compressed(folder / "map.npz", **ldem_arrays(data))
-    told_of = [json.loads(told(capsys, "3", "0", "--json", *more)[1])
-               for more in ((), ("--map", "map.bin"), ("--map", "map.npz"))]
+    told_of = [
+        json.loads(told(capsys, "3", "0", "--json", *more)[1])
+        for more in ((), ("--map", "map.bin"), ("--map", "map.npz"))
+    ]
     assert told_of[0]["path"] == told_of[1]["path"] == told_of[2]["path"]
     assert told(capsys, "3", "0", "--map", "none.npz")[0] == 66
     (folder / "bad.npz").write_bytes(b"x")
@@ -227,8 +238,9 @@ def test_the_prediction_is_the_same_each_time_and_counts_looks_turns_and_way():
     from protocol.products import decode_ldem, poses_of
 
     data = flat()
-    near, again, far = (predict(decode_ldem(data), poses_of(data), goal, None, load())
-                        for goal in ((1.5, 0.0), (1.5, 0.0), (4.5, 0.0)))
+    near, again, far = (
+        predict(decode_ldem(data), poses_of(data), goal, None, load()) for goal in ((1.5, 0.0), (1.5, 0.0), (4.5, 0.0))
+    )
     assert near.to_json() == again.to_json()
     assert (near.looks, far.looks) == (1, 2)  # farther than 2 m it looks again before it says arrived
     assert far.length_m == pytest.approx(4.5, abs=0.05)

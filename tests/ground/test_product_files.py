@@ -34,8 +34,19 @@ def floor_scan() -> ScanProduct:
     T_map_base = np.array([[0.0, -1, 0, 5], [1, 0, 0, 2], [0, 0, 1, 0], [0, 0, 0, 1]])
     T_base_scanner = np.eye(4)
     T_base_scanner[:3, 3] = 0.3, 0.0, HEIGHT_M
-    return ScanProduct(4, -1.0, 2.0 / (BEAMS - 1), ranges.astype(np.float32), status, start_ns,
-                       np.full(LINES, beam_ns), tilt_ns, 0.4 + rate_radps * tilt_ns / 1e9, T_map_base, T_base_scanner)
+    return ScanProduct(
+        4,
+        -1.0,
+        2.0 / (BEAMS - 1),
+        ranges.astype(np.float32),
+        status,
+        start_ns,
+        np.full(LINES, beam_ns),
+        tilt_ns,
+        0.4 + rate_radps * tilt_ns / 1e9,
+        T_map_base,
+        T_base_scanner,
+    )
 
 
 TOLD = Explanation(

@@ -57,17 +57,37 @@ def test_every_picture_is_inside_the_page_and_has_words(page):
     assert all(len(words) > 20 and data.startswith("iVBORw0KGgo") for words, data in pictures)
 
 
-@pytest.mark.parametrize("fact", [
-    "fractal ground, seed 3", "goal reached", "no contacts", "<p>None. Counted is each contact",
-    "replay identical", "median slope 5.0°",
-    "3000: the straight line is free", "6.0 times real time", "900 sent, 45 lost", "x 15.00 m, y 2.00 m", "ab" * 32,
-    "cd" * 32, "ef" * 32, "Nothing here has met real hardware", "arrived: 0.12 m from the goal",
-    "ets8-b: 256 kbit/s both ways", "p99.9 9.00 ms", "wall time of a tick",
-    "2345 µs", "3.21 ms at worst", "23.4 ms", ">29<",
-    "utm-30lx, 3.12 % of the beams lost (2.10 % grazing, 1.02 % random); 0.020 % outliers, 0.10 % mixed; "
-    "clock off by 80 ppm, motor jitter 30 µs",
-    "true distance to the goal, from the bench", "the rover&#x27;s own word, by its estimate",
-])
+@pytest.mark.parametrize(
+    "fact",
+    [
+        "fractal ground, seed 3",
+        "goal reached",
+        "no contacts",
+        "<p>None. Counted is each contact",
+        "replay identical",
+        "median slope 5.0°",
+        "3000: the straight line is free",
+        "6.0 times real time",
+        "900 sent, 45 lost",
+        "x 15.00 m, y 2.00 m",
+        "ab" * 32,
+        "cd" * 32,
+        "ef" * 32,
+        "Nothing here has met real hardware",
+        "arrived: 0.12 m from the goal",
+        "ets8-b: 256 kbit/s both ways",
+        "p99.9 9.00 ms",
+        "wall time of a tick",
+        "2345 µs",
+        "3.21 ms at worst",
+        "23.4 ms",
+        ">29<",
+        "utm-30lx, 3.12 % of the beams lost (2.10 % grazing, 1.02 % random); 0.020 % outliers, 0.10 % mixed; "
+        "clock off by 80 ppm, motor jitter 30 µs",
+        "true distance to the goal, from the bench",
+        "the rover&#x27;s own word, by its estimate",
+    ],
+)
 def test_the_facts_are_on_the_page(page, fact):
     assert fact in page
 
@@ -189,8 +209,13 @@ def test_a_run_is_read_as_it_was_written(folder):
 
 
 def test_a_phase_ends_where_the_next_begins_and_the_last_with_the_mode():
-    told = [("PHASE", "SCANNING at stop 0", 1), ("DECISION", "R5", 2), ("PHASE", "DRIVING at stop 1", 3),
-            ("MODE", "AUTONOMOUS -> STANDBY: arrived", 5), ("PHASE", "SCANNING at stop 0", 8)]
+    told = [
+        ("PHASE", "SCANNING at stop 0", 1),
+        ("DECISION", "R5", 2),
+        ("PHASE", "DRIVING at stop 1", 3),
+        ("MODE", "AUTONOMOUS -> STANDBY: arrived", 5),
+        ("PHASE", "SCANNING at stop 0", 8),
+    ]
     events = [Told(time_s, "info", name, text) for name, text, time_s in told]
     assert spans_of(events, 9.0) == ((1, 3, "SCANNING"), (3, 5, "DRIVING"), (8, 9.0, "SCANNING"))
 
@@ -200,9 +225,11 @@ def test_angles_of_a_quaternion_are_those_of_the_matrix():
     norm = math.sqrt(w * w + x * x + y * y + z * z)
     w, x, y, z = w / norm, x / norm, y / norm, z / norm
     roll, pitch, yaw = angles_rad(np.array([[x, y, z, w]]))[0]
-    rotation = [[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]
+    rotation = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
     np.testing.assert_allclose(Pose(0, 0, 0, roll, pitch, yaw).matrix()[:3, :3], rotation, atol=1e-12)
 
 

@@ -174,10 +174,16 @@ def test_after_a_reboot_nothing_of_the_boot_before_is_shown_and_what_was_under_w
     assert told == [(reboot, "reboot", State.COMPLETED), (goto, "goto", State.FAILED)]
 
 
-@pytest.mark.parametrize(("text", "onboard_s", "severity"), [
-    ("boot 1", 2, "info"), ("boot 2", 2, "warning"), ("boot 1", 40, "warning"), ("boot 1, tag 1", 2, "warning"),
-    ("tag 1", 2, "warning"),
-])
+@pytest.mark.parametrize(
+    ("text", "onboard_s", "severity"),
+    [
+        ("boot 1", 2, "info"),
+        ("boot 2", 2, "warning"),
+        ("boot 1", 40, "warning"),
+        ("boot 1, tag 1", 2, "warning"),
+        ("tag 1", 2, "warning"),
+    ],
+)
 def test_what_was_on_its_way_from_here_as_the_rover_restarted_is_no_warning_and_any_more_is(text, onboard_s, severity):
     session, old, new = Session(KEYS, 1), ToyRover(KEYS), ToyRover(KEYS, boot_id=2)
     for datagram in old.tick(0):

@@ -26,8 +26,14 @@ class World:
         self.said, self.verbs, self.saved = [], [], []
         self.station = VirtualStation(**station)
         self.shell = Shell(lambda words: self.verbs.append(words) or 0)
-        self.live = Live(self.station, VirtualClock(), Teller(self.said.append, False, 5.0), self.shell,
-                         lambda session, name, path: self.saved.append((name, str(path))), contact_s)
+        self.live = Live(
+            self.station,
+            VirtualClock(),
+            Teller(self.said.append, False, 5.0),
+            self.shell,
+            lambda session, name, path: self.saved.append((name, str(path))),
+            contact_s,
+        )
 
     def pipe(self, *lines):
         return from_pipe(self.live, iter(lines))
@@ -64,11 +70,19 @@ def test_get_waits_for_the_product_and_writes_the_file_that_is_named():
     assert any("product   ldem" in line for line in world.said)
 
 
-@pytest.mark.parametrize(("line", "part"), [
-    ("goto 12", "goto: `y_m` is missing"), ("gogo 1 2", ""), ("goto 1 2 --loud", "`--loud` is not known here"),
-    ("goto 1 2 --start soon", "--start should be seconds"), ("goto 1 2 --start", "--start needs a value"),
-    ("watch", "needs a terminal of its own"), ("say 'this", "No closing quotation"), ("map fly", "unknown map command"),
-])
+@pytest.mark.parametrize(
+    ("line", "part"),
+    [
+        ("goto 12", "goto: `y_m` is missing"),
+        ("gogo 1 2", ""),
+        ("goto 1 2 --loud", "`--loud` is not known here"),
+        ("goto 1 2 --start soon", "--start should be seconds"),
+        ("goto 1 2 --start", "--start needs a value"),
+        ("watch", "needs a terminal of its own"),
+        ("say 'this", "No closing quotation"),
+        ("map fly", "unknown map command"),
+    ],
+)
 def test_a_mistake_is_one_line_and_ends_nothing(capsys, line, part):
     world = World()
     code = world.pipe(line, "stop")
@@ -97,8 +111,13 @@ def test_one_fence_is_cleared_without_a_question():
 def test_what_needs_no_link_goes_to_the_command_line():
     world = World()
     world.pipe("archive info", "ground events --last 3", "preview goto 1 2", "link", "goto --help")
-    assert world.verbs == [["archive", "info"], ["events", "--last", "3"], ["preview", "goto", "1", "2"], ["link"],
-                           ["goto", "--help"]]
+    assert world.verbs == [
+        ["archive", "info"],
+        ["events", "--last", "3"],
+        ["preview", "goto", "1", "2"],
+        ["link"],
+        ["goto", "--help"],
+    ]
     assert world.executed == []
 
 

@@ -32,8 +32,18 @@ def test_every_item_with_limits_can_be_marked():
             assert item_line(row.name, row.limits[0] - 1.0).endswith("out of limits")
 
 
-WAY = {"station": 1, "request_id": 3, "kind": "goal", "rule": "R4", "reason": "why", "length_m": 7.27, "time_s": 171.0,
-       "looks": 3, "path": [[0.0, 0.0, 0.1], [0.0, 0.0, 0.4], [6.0, 1.5, 0.4]], "beyond": []}
+WAY = {
+    "station": 1,
+    "request_id": 3,
+    "kind": "goal",
+    "rule": "R4",
+    "reason": "why",
+    "length_m": 7.27,
+    "time_s": 171.0,
+    "looks": 3,
+    "path": [[0.0, 0.0, 0.1], [0.0, 0.0, 0.4], [6.0, 1.5, 0.4]],
+    "beyond": [],
+}
 
 
 def test_the_answer_to_a_goto_is_one_line_and_one_json_object():
@@ -64,7 +74,11 @@ def test_as_json_an_item_is_told_when_its_value_has_changed():
         teller.news([Item(n, n, "mode", value), Item(n, n, "phase", 0.0)])
     trees = [json.loads(line) for line in told]
     assert [(tree["at_ns"], tree["value"]) for tree in trees if tree["name"] == "mode"] == [
-        (0, 1.0), (2, 2.0), (3, None), (5, 2.0)]
+        (0, 1.0),
+        (2, 2.0),
+        (3, None),
+        (5, 2.0),
+    ]
     assert len(trees) == 5
 
 

@@ -65,8 +65,15 @@ class Peer:
 
 def start(stack: ExitStack, folder: Path, *argv: str, stdin: str = "") -> subprocess.Popen:
     env = {**os.environ, "PYTHONPATH": str(ROOT)}
-    run = subprocess.Popen([sys.executable, *argv], cwd=folder, env=env, text=True,
-                           stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    run = subprocess.Popen(
+        [sys.executable, *argv],
+        cwd=folder,
+        env=env,
+        text=True,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
     stack.callback(lambda: run.poll() is None and run.kill())
     if stdin:
         run.stdin.write(stdin)
@@ -84,9 +91,24 @@ def fly(folder: Path, profile: str, *extra: str, fails: bool = False) -> dict:
         server = stack.enter_context(socket.create_server(("127.0.0.1", 0)))
         server.settimeout(LIMIT_S)
         address = f"tcp:127.0.0.1:{server.getsockname()[1]}"
-        link = start(stack, folder, "-c", "import typer; from hil.link.command import main; typer.run(main)",
-                     "--profile", profile, "--rover", rover_end, "--ground", ground_end, "--seed", "3",
-                     "--barrier", address, "--report", "link.json")
+        link = start(
+            stack,
+            folder,
+            "-c",
+            "import typer; from hil.link.command import main; typer.run(main)",
+            "--profile",
+            profile,
+            "--rover",
+            rover_end,
+            "--ground",
+            ground_end,
+            "--seed",
+            "3",
+            "--barrier",
+            address,
+            "--report",
+            "link.json",
+        )
         station = start(stack, folder, "-m", "ground", "script", "-", "--barrier", address, *extra, stdin=SCRIPT)
         port = stack.enter_context(LinkPort(rover_end, KEYS, 1))
         port.wait_open(LIMIT_S)
@@ -134,8 +156,10 @@ def test_a_script_in_lock_step_drives_and_fetches_and_repeats_to_the_byte(tmp_pa
     assert first["report"]["down"]["lost"] > 0
     with sqlite3.connect(tmp_path / "a" / "archive.db") as db:
         assert db.execute("select name from products").fetchall() == [("ldem",)]
-        assert db.execute("select count(*) from datagrams where direction = 'down'").fetchone()[0] == \
-            first["report"]["down"]["out"]["datagrams"]
+        assert (
+            db.execute("select count(*) from datagrams where direction = 'down'").fetchone()[0]
+            == first["report"]["down"]["out"]["datagrams"]
+        )
 
 
 def test_a_failed_goto_is_exit_code_1_and_json_tells_it(tmp_path):
@@ -143,7 +167,10 @@ def test_a_failed_goto_is_exit_code_1_and_json_tells_it(tmp_path):
     assert (got["code"], got["err"]) == (1, "ground: the rover reported a failure\n")
     news = [json.loads(line) for line in got["out"].splitlines()]
     assert {"FAILED"} == {n["state"] for n in news if n["news"] == "report" and n["command"] == "goto"} - {
-        "ACCEPTED", "STARTED", "RECEIVED"}
+        "ACCEPTED",
+        "STARTED",
+        "RECEIVED",
+    }
     assert any(n["news"] == "product" and n["name"] == "ldem" for n in news)
 
 
@@ -205,7 +232,9 @@ def test_the_archive_has_who_asked(tmp_path, monkeypatch):
         station.session.request("stop", {}, 0, asked_by="gateway 127.0.0.1:14555 system 255, unsigned")
         station._add_requests()
         assert [row[-1] for row in archive.rows("requests")] == [
-            "command line alice@desk", "gateway 127.0.0.1:14555 system 255, unsigned"]
+            "command line alice@desk",
+            "gateway 127.0.0.1:14555 system 255, unsigned",
+        ]
 
 
 def test_a_user_without_a_name_is_told_by_number(monkeypatch):

@@ -38,10 +38,12 @@ def halting(opener: Opener, datagram: bytes) -> bool:
 
 def test_ground_stop_is_sent_before_a_hello_is_answered(tmp_path, rover):
     (tmp_path / "ground.toml").write_text(
-        f"bench_seed = 7\nendpoint = 'udp/127.0.0.1:{rover.getsockname()[1]}'\none_way_s = 0.0\n")
+        f"bench_seed = 7\nendpoint = 'udp/127.0.0.1:{rover.getsockname()[1]}'\none_way_s = 0.0\n"
+    )
     words = [sys.executable, "-m", "ground", "stop", "--contact", "0", "--timeout", "3"]
-    with subprocess.Popen(words, cwd=tmp_path, env={"PYTHONPATH": str(ROOT)}, stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, text=True) as run:
+    with subprocess.Popen(
+        words, cwd=tmp_path, env={"PYTHONPATH": str(ROOT)}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as run:
         try:
             _, err = run.communicate(timeout=60)
         finally:

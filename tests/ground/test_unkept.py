@@ -139,7 +139,8 @@ def test_sent_without_it_is_said_only_of_what_was_sent(tmp_path, monkeypatch, ca
     monkeypatch.chdir(tmp_path)
     (tmp_path / "archive.db").write_bytes(b"no database" * 1000)
     (tmp_path / "ground.toml").write_text(
-        "bench_seed = 7\narchive = 'archive.db'\nendpoint = 'tcp/127.0.0.1:1'\nstate = 'state'\n")
+        "bench_seed = 7\narchive = 'archive.db'\nendpoint = 'tcp/127.0.0.1:1'\nstate = 'state'\n"
+    )
     monkeypatch.setattr("ground.cli.operations.operate._ALONE_LIMIT_S", 0.1)
     (tmp_path / "state").write_text("a file")
     assert run(["stop"]) == 69

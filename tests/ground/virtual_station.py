@@ -36,8 +36,9 @@ class VirtualClock:
 class VirtualStation:
     """silent: spans in s in which no datagram passes; closed_s: when the carrier closes. rover_keys: others."""
 
-    def __init__(self, silent: tuple[tuple[float, float], ...] = (), closed_s: float = 1e9, rover_keys=None,
-                 **rover) -> None:
+    def __init__(
+        self, silent: tuple[tuple[float, float], ...] = (), closed_s: float = 1e9, rover_keys=None, **rover
+    ) -> None:
         keys = bench_keys(7)
         self.session, self.rover = Session(keys, 1), ToyRover(rover_keys or keys, **rover)
         self._silent, self._closed_s = silent, closed_s

@@ -36,9 +36,12 @@ def flown(record: Path | None = None, observe: Observe = lambda *_: None) -> Fli
 def told(flight: Flight) -> dict[str, object]:
     """Hashes of all that passed between bench and flight program and of the plant's states; grounds and draws."""
     return {
-        "streams": flight.streams, "states_sha256": flight.states_sha256, "error": flight.error,
-        "ground": ground_digest(), "drawn": drawn_digest(),
-    }  # fmt: skip
+        "streams": flight.streams,
+        "states_sha256": flight.states_sha256,
+        "error": flight.error,
+        "ground": ground_digest(),
+        "drawn": drawn_digest(),
+    }
 
 
 def ground_digest() -> str:
@@ -56,8 +59,13 @@ def field_digest(field: Field) -> str:
 def drawn_digest() -> str:
     """Of what the bench's generators draw."""
     rng = generator(11)
-    drawn = [rng.standard_normal(100_000), rng.exponential(2.0, 100_000), rng.poisson(3.5, 10_000),
-             rng.binomial(50, 0.1, 10_000), rng.uniform(-1.0, 1.0, 1000)]  # fmt: skip
+    drawn = [
+        rng.standard_normal(100_000),
+        rng.exponential(2.0, 100_000),
+        rng.poisson(3.5, 10_000),
+        rng.binomial(50, 0.1, 10_000),
+        rng.uniform(-1.0, 1.0, 1000),
+    ]
     return hashlib.sha256(b"".join(part.tobytes() for part in drawn)).hexdigest()
 
 

@@ -67,8 +67,11 @@ def twin(scenario: Path, folder: Path) -> dict[str, object]:
         flight = bench.run(compare)
     row = asdict(flight)
     return {
-        "streams": row["streams"], "states_sha256": flight.states_sha256, "faults": list(flight.faults),
-        "ticks": same, "first_difference": first,
+        "streams": row["streams"],
+        "states_sha256": flight.states_sha256,
+        "faults": list(flight.faults),
+        "ticks": same,
+        "first_difference": first,
     }
 
 

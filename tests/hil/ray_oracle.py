@@ -47,7 +47,7 @@ def _soil(field, along, origins, directions, range_m):
     across = 1 - along
     best = np.full(len(directions), np.inf)
     for slab in range(cells[along]):
-        edges = (start[along] + (slab + np.array([[-1e-6], [1 + 1e-6]])) * grid.cell_m - origins[:, along])
+        edges = start[along] + (slab + np.array([[-1e-6], [1 + 1e-6]])) * grid.cell_m - origins[:, along]
         with np.errstate(divide="ignore", invalid="ignore"):
             t = edges / directions[:, along]
         near, far = np.maximum(t.min(axis=0), 0.0), np.minimum(t.max(axis=0), range_m + 1)
@@ -72,6 +72,7 @@ def _soil(field, along, origins, directions, range_m):
 
 def _two(grid, z, i, j):
     """Corners (n, 3, 3) of the lower and of the upper triangle of squares (j, i)."""
+
     def at(di, dj):
         x, y = grid.x0_m + (i + di) * grid.cell_m, grid.y0_m + (j + dj) * grid.cell_m
         return np.column_stack((x, y, z[j + dj, i + di]))
@@ -112,9 +113,12 @@ def terrains():
     y, x = np.mgrid[0:100, 0:100] * 0.05 - 2.5
     bowl = np.clip(np.hypot(x, y) / 2, 0, 1) ** 2 * 0.8
     return {
-        "gentle": rough(1, 6, side=100), "steep": rough(2, 20, side=100), "lifted": rough(3, 12, side=100, lift_m=50.0),
-        "ridge": field_of(ridge), "crater": replace(rough(4, 3, side=100), soil_z=bowl.astype(np.float32)),
-    }  # fmt: skip
+        "gentle": rough(1, 6, side=100),
+        "steep": rough(2, 20, side=100),
+        "lifted": rough(3, 12, side=100, lift_m=50.0),
+        "ridge": field_of(ridge),
+        "crater": replace(rough(4, 3, side=100), soil_z=bowl.astype(np.float32)),
+    }
 
 
 def any_rays(field, count, rng):

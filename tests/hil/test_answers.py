@@ -51,10 +51,12 @@ def test_a_span_is_found_where_it_begins_and_where_it_already_holds():
 def core(active=(), mode=Mode.AUTONOMOUS, phase=Phase.DRIVING, bad=0):
     """What the watcher looks at of the flight program."""
     return SimpleNamespace(
-        executive=SimpleNamespace(active=active, mode=mode, phase=phase, in_mission=True), wheels=SOUND,
-        nodes=SimpleNamespace(bad_frames=bad, watch=SimpleNamespace(babbling=())), lidar=SimpleNamespace(bad=0),
+        executive=SimpleNamespace(active=active, mode=mode, phase=phase, in_mission=True),
+        wheels=SOUND,
+        nodes=SimpleNamespace(bad_frames=bad, watch=SimpleNamespace(babbling=())),
+        lidar=SimpleNamespace(bad=0),
         localisation=SimpleNamespace(yaw_rate_radps=0.0),
-    )  # fmt: skip
+    )
 
 
 SENDER = Sender()
@@ -124,10 +126,15 @@ def test_the_operator_s_word_counts_from_the_tick_that_hears_it_to_that_of_stand
     watcher = Watcher(["OPERATOR"])
     heard = (core(("OPERATOR",), Mode.SAFE), Outputs(orders(1.0), events=told("OPERATOR")))
     stands = (core(("OPERATOR",), Mode.SAFE), Outputs(orders(0.0), events=told("OPERATOR")))
-    for tick, (messages, ran) in enumerate([
-        ((refused,), DRIVES), ((order,), heard if idle_ticks else stands), *[((), heard)] * (idle_ticks - 1),
-        ((), stands),
-    ], 1):  # fmt: skip
+    for tick, (messages, ran) in enumerate(
+        [
+            ((refused,), DRIVES),
+            ((order,), heard if idle_ticks else stands),
+            *[((), heard)] * (idle_ticks - 1),
+            ((), stands),
+        ],
+        1,
+    ):
         rover, outputs = ran
         watcher.observe(tick, Inputs(tick, tick * TICK_NS, link_messages=messages), outputs, rover, None)
     (found,) = watcher.answers(-1.0)

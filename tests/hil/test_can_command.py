@@ -86,15 +86,18 @@ def test_a_wrong_fault_is_one_line_and_exit_64_and_a_taken_port_69():
     got = CliRunner().invoke(app, ["can", "--port", port])
     hub.close()
     assert got.exit_code == 69
-    assert got.stderr == (f"hil can: cannot serve port {port}: Address already in use; is another one running? "
-                          "--port 0 takes a free one\n")  # fmt: skip
+    assert got.stderr == (
+        f"hil can: cannot serve port {port}: Address already in use; is another one running? "
+        "--port 0 takes a free one\n"
+    )
 
 
 def test_it_tells_its_address_serves_a_client_and_ends_with_ctrl_c():
     words = [sys.executable, "-m", "hil", "can", "--port", "0", "--json"]
     environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
-    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT,
-                          env=environment) as process:  # fmt: skip
+    with subprocess.Popen(
+        words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT, env=environment
+    ) as process:
         uri = json.loads(process.stdout.readline())["uri"]
         info = [sys.executable, "-m", "onboard", "can", "info", "--bus", uri, "--seconds", "1.5", "--json"]
         told = subprocess.run(info, capture_output=True, text=True, cwd=ROOT, check=False, timeout=60)
@@ -102,7 +105,14 @@ def test_it_tells_its_address_serves_a_client_and_ends_with_ctrl_c():
         _, said = process.communicate(timeout=30)
     report = json.loads(told.stdout)
     assert {node["name"] for node in report["nodes"] if node["beat"]} == {
-        "WHEEL_1", "WHEEL_2", "WHEEL_3", "WHEEL_4", "TILT", "IMU", "POWER"}  # fmt: skip
+        "WHEEL_1",
+        "WHEEL_2",
+        "WHEEL_3",
+        "WHEEL_4",
+        "TILT",
+        "IMU",
+        "POWER",
+    }
     assert (process.returncode, said) == (0, "hil can: ended by Ctrl-C\n")
 
 

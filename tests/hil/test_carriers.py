@@ -57,8 +57,9 @@ class Ends:
         if kind == "tcp":
             self.link = stack.enter_context(LinkEmulator(link, seed, rover, ground))
         else:
-            self.link = stack.enter_context(UdpRelay(link, seed, ("127.0.0.1", rover_port), ("127.0.0.1", ground_port),
-                                                     None))
+            self.link = stack.enter_context(
+                UdpRelay(link, seed, ("127.0.0.1", rover_port), ("127.0.0.1", ground_port), None)
+            )
         self.port = stack.enter_context(LinkPort(rover, KEYS, 1))
         self.core = Downlink(Link(rate_bps=link.down_bps))
         self._stack, self._ground = stack, ground

@@ -19,11 +19,17 @@ def test_a_run_without_ticks_has_an_empty_histogram():
     assert sum(tick_wall_ms([])["histogram"]["plant_and_devices"]) == 0
 
 
-@pytest.mark.parametrize(("name", "text"), [
-    ("ets8-b", "256 kbit/s both ways, 0.3 s one way, 5 % loss: geostationary, middle (assumption)"),
-    ("moon", "64 kbit/s to the ground, 16 kbit/s to the rover, 1.28 s one way, 1 % loss: mean distance of the Moon"),
-    ("lan", "100000 kbit/s both ways, 0.001 s one way: a cable"),
-])
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("ets8-b", "256 kbit/s both ways, 0.3 s one way, 5 % loss: geostationary, middle (assumption)"),
+        (
+            "moon",
+            "64 kbit/s to the ground, 16 kbit/s to the rover, 1.28 s one way, 1 % loss: mean distance of the Moon",
+        ),
+        ("lan", "100000 kbit/s both ways, 0.001 s one way: a cable"),
+    ],
+)
 def test_a_link_profile_is_told_in_numbers(name, text):
     assert link_note(load_profile(name)) == text
 

@@ -36,12 +36,19 @@ def height_field(field, client):
     """The soil of a field as the engine's own height field."""
     grid, z = field.grid, field.soil_z
     shape = pybullet.createCollisionShape(
-        pybullet.GEOM_HEIGHTFIELD, meshScale=[grid.cell_m, grid.cell_m, 1], heightfieldData=z.ravel().tolist(),
-        numHeightfieldRows=grid.columns, numHeightfieldColumns=grid.rows, physicsClientId=client,
+        pybullet.GEOM_HEIGHTFIELD,
+        meshScale=[grid.cell_m, grid.cell_m, 1],
+        heightfieldData=z.ravel().tolist(),
+        numHeightfieldRows=grid.columns,
+        numHeightfieldColumns=grid.rows,
+        physicsClientId=client,
     )
-    middle = [(low + high) / 2 for low, high in zip(
-        (grid.x0_m, grid.y0_m, float(z.min())), (*grid.centre(grid.rows - 1, grid.columns - 1), float(z.max()))
-    )]
+    middle = [
+        (low + high) / 2
+        for low, high in zip(
+            (grid.x0_m, grid.y0_m, float(z.min())), (*grid.centre(grid.rows - 1, grid.columns - 1), float(z.max()))
+        )
+    ]
     pybullet.createMultiBody(0, shape, basePosition=middle, physicsClientId=client)
     return EngineRays(field, client)
 
@@ -207,7 +214,11 @@ def test_a_stiff_chassis_has_a_wheel_in_the_air_and_the_gear_between_the_rockers
         plant = Plant(rough(2, ratio=0.0), step_ns=STEP_NS)
         if stiff:
             pybullet.setJointMotorControlArray(
-                plant._body, plant._rockers, pybullet.POSITION_CONTROL, targetPositions=[0, 0], forces=[1e4, 1e4],
+                plant._body,
+                plant._rockers,
+                pybullet.POSITION_CONTROL,
+                targetPositions=[0, 0],
+                forces=[1e4, 1e4],
                 physicsClientId=plant._client,
             )
         plant.apply(AHEAD)
@@ -273,7 +284,10 @@ def boxes_fall(client, steps, from_start):
         box = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.1, 0.07, 0.05], physicsClientId=client)
         for k in range(5):
             made = pybullet.createMultiBody(
-                1, box, basePosition=[0.05 * k, 0.03 * k, 0.3 + 0.15 * k], baseOrientation=[0.3, 0.1 * k, 0.2, 0.9],
+                1,
+                box,
+                basePosition=[0.05 * k, 0.03 * k, 0.3 + 0.15 * k],
+                baseOrientation=[0.3, 0.1 * k, 0.2, 0.9],
                 physicsClientId=client,
             )
             pybullet.changeDynamics(made, -1, lateralFriction=0.8, physicsClientId=client)

@@ -115,8 +115,10 @@ def test_fields_that_missions_were_tuned_on_are_still_the_same(make, seed, soil,
     """In tenths of a millimetre, so that the last bits of another machine do not matter."""
     field = make(seed)
     stones = [(rock.x_m, rock.y_m, rock.diameter_m, rock.height_m) for rock in field.rocks]
-    found = [zlib.crc32(np.rint(np.array(part, float) * 1e4).astype("<i8").tobytes())
-             for part in (field.soil_z, stones, field.gdem.heights_m)]  # fmt: skip
+    found = [
+        zlib.crc32(np.rint(np.array(part, float) * 1e4).astype("<i8").tobytes())
+        for part in (field.soil_z, stones, field.gdem.heights_m)
+    ]
     assert found == [soil, rocks, gdem]
 
 

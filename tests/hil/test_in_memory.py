@@ -109,8 +109,9 @@ def test_in_a_blackout_no_order_arrives_and_after_it_the_operator_asks_again():
 def test_orders_are_given_in_the_order_of_their_times():
     flight = InMemory(FLAT, [Order(0.6, "resume"), Order(0.4, "safe")]).run()
     assert [(r.telecommand.name, r.state) for r in flight.requests] == [
-        ("safe", State.COMPLETED), ("resume", State.COMPLETED),
-    ]  # fmt: skip
+        ("safe", State.COMPLETED),
+        ("resume", State.COMPLETED),
+    ]
 
 
 def test_an_order_that_is_no_command_is_refused_by_name():

@@ -61,8 +61,9 @@ class Running:
 
     def client(self):
         """A client that counts; only one."""
-        made = HokuyoLX(addr=(self.server.host, self.server.port), activate=False, info=False, tsync=False,
-                        convert_time=False)  # fmt: skip
+        made = HokuyoLX(
+            addr=(self.server.host, self.server.port), activate=False, info=False, tsync=False, convert_time=False
+        )
         self.server.wait_client(5.0)
         made._sock = Counted(made._sock, self)
         made.update_info()

@@ -234,7 +234,14 @@ def test_a_dark_patch_is_lost_and_ground_of_a_low_albedo_is_seen_as_far_as_its_r
 
 def test_what_the_beams_meet_is_looked_up_only_where_it_matters():
     assert not asked(IDEAL) and asked(REAL)
-    assert all(asked(replace(IDEAL, **changed)) for changed in (
-        {"ground_albedo": 0.5}, {"rock_albedo": 0.5}, {"dark_rocks_ratio": 0.1}, {"grazing_rad": 0.1},
-        {"dark_patches_m": ((0.0, 0.0, 1.0),)}, {"sun_ratio": 0.5, "sun_to_rad": 1.0},
-    ))  # fmt: skip
+    assert all(
+        asked(replace(IDEAL, **changed))
+        for changed in (
+            {"ground_albedo": 0.5},
+            {"rock_albedo": 0.5},
+            {"dark_rocks_ratio": 0.1},
+            {"grazing_rad": 0.1},
+            {"dark_patches_m": ((0.0, 0.0, 1.0),)},
+            {"sun_ratio": 0.5, "sun_to_rad": 1.0},
+        )
+    )

@@ -61,7 +61,17 @@ def test_the_last_cluster_may_be_left_out():
 
 
 def test_no_quirk_is_left_untried():
-    tried = {"state_command", "timing_answers", "time_anywhere", "time_twice", "deaf_quit", "late_idle_ns",
-             "cluster_floor", "sum_with_semicolon", "sum_stops_at_arrow", "leading_blanks",
-             "time_in_characters"}  # fmt: skip
+    tried = {
+        "state_command",
+        "timing_answers",
+        "time_anywhere",
+        "time_twice",
+        "deaf_quit",
+        "late_idle_ns",
+        "cluster_floor",
+        "sum_with_semicolon",
+        "sum_stops_at_arrow",
+        "leading_blanks",
+        "time_in_characters",
+    }
     assert {field.name for field in dataclasses.fields(Quirks)} == tried

@@ -196,7 +196,7 @@ def test_a_single_scan_is_the_latest_and_the_stream_goes_on():
     device = sensor()
     talk(device, b"MD0000108001000", at_ms=0)
     frames(device, 110)
-    shot, = [f for f in talk(device, b"GD0000108001;mine", at_ms=120).split(b"\n\n") if f.startswith(b"GD")]
+    (shot,) = [f for f in talk(device, b"GD0000108001;mine", at_ms=120).split(b"\n\n") if f.startswith(b"GD")]
     echo, status, stamp, *_ = shot.split(b"\n")
     assert (echo, status, scip.parse_stamp(stamp)) == (b"GD0000108001;mine", b"00P", 100)
     assert len(stamps(device, 200)) == 3

@@ -172,14 +172,18 @@ def test_a_restarted_sender_counts_from_zero_in_a_new_epoch():
 
 
 def test_a_datagram_that_never_comes_ends_the_run_with_its_side():
-    with Side(carrier.ROVER, *free_endpoints(1), KEY_DOWN, KEY_UP) as side, \
-         pytest.raises(LinkError, match="rover side: 0 of 1 datagrams"):
+    with (
+        Side(carrier.ROVER, *free_endpoints(1), KEY_DOWN, KEY_UP) as side,
+        pytest.raises(LinkError, match="rover side: 0 of 1 datagrams"),
+    ):
         side.take(barrier.Channel("down_in", 1), 0.0)
 
 
 def test_an_endpoint_in_use_is_named():
     (endpoint,) = free_endpoints(1)
-    with Side(carrier.ROVER, endpoint, KEY_DOWN, KEY_UP), \
-         pytest.raises(LinkError, match="ground side: cannot listen"), \
-         Side(carrier.GROUND, endpoint, KEY_UP, KEY_DOWN):
+    with (
+        Side(carrier.ROVER, endpoint, KEY_DOWN, KEY_UP),
+        pytest.raises(LinkError, match="ground side: cannot listen"),
+        Side(carrier.GROUND, endpoint, KEY_UP, KEY_DOWN),
+    ):
         pass

@@ -78,8 +78,16 @@ def test_a_blackout_and_the_causes_of_losses_are_shown():
 def test_every_profile_is_listed_for_people_and_for_programs():
     told = run("--list")
     rows = json.loads(run("--list", "--json").stdout)
-    assert [row["name"] for row in rows] == ["lan", "ets8-a", "ets8-b", "ets8-c", "ets8-shadow", "moon", "moon-bad",
-                                             "stress"]
+    assert [row["name"] for row in rows] == [
+        "lan",
+        "ets8-a",
+        "ets8-b",
+        "ets8-c",
+        "ets8-shadow",
+        "moon",
+        "moon-bad",
+        "stress",
+    ]
     assert all(row["name"] in told.stdout for row in rows)
     table = {row["name"]: (row["down_bps"], row["up_bps"], row["one_way_s"], row["loss"]) for row in rows}
     assert table["moon-bad"] == (64e3, 16e3, 1.35, 0.3) and table["stress"] == (16e3, 16e3, 2.6, 0.3)
@@ -119,8 +127,10 @@ def test_counts_and_record_are_written_at_the_end(tmp_path):
 
 
 def test_the_relay_passes_both_ways_delayed_and_answers_whom_it_heard_last():
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as rover, \
-         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ground:
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as rover,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ground,
+    ):
         rover.bind(("127.0.0.1", 0))
         for end in (rover, ground):
             end.settimeout(20.0)
@@ -142,9 +152,11 @@ def test_the_relay_passes_both_ways_delayed_and_answers_whom_it_heard_last():
 
 
 def test_the_relay_listens_on_the_loopback_alone_and_takes_nothing_of_a_stranger_for_the_rovers():
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as rover, \
-         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ground, \
-         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as rover,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ground,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger,
+    ):
         rover.bind(("127.0.0.1", 0))
         rover.settimeout(20.0)
         with UdpRelay(Profile(), 1, rover.getsockname(), ("127.0.0.1", 0), None) as relay:

@@ -90,9 +90,16 @@ def test_the_keys_of_a_run_are_new_each_time_and_for_the_owner_alone(tmp_path):
 @pytest.mark.mission
 def test_the_flight_program_flies_with_a_scanner_of_its_own_beside_the_bench(tmp_path):
     """A scanner on TCP stands for the real one; Ctrl-C ends all."""
+
     def start(*words):
-        return subprocess.Popen([sys.executable, "-m", *words], cwd=ROOT, stdout=subprocess.PIPE,
-                                stderr=subprocess.PIPE, text=True, start_new_session=True)  # fmt: skip
+        return subprocess.Popen(
+            [sys.executable, "-m", *words],
+            cwd=ROOT,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
 
     scanner = start("hil", "lidar", "--tcp", "0", "--json")
     try:

@@ -90,7 +90,8 @@ def sources():
 def test_the_bench_computes_by_ieee_operations_and_our_own_functions():
     broken = [
         f"hil/{name}:{line} {what}: use onboard.native.elementary, each or linear, or say why it may in ALLOWED"
-        for name, text in sources() for line, what in found_in(ast.parse(text))
+        for name, text in sources()
+        for line, what in found_in(ast.parse(text))
         if (name, what) not in ALLOWED and not (what == "sum()" and name in WHOLE)
     ]
     assert not broken

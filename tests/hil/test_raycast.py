@@ -111,10 +111,23 @@ def test_a_rock_that_reaches_over_the_rim_is_met_from_beside_the_ground(ground_o
     field = field_of(np.zeros((40, 40)))
     rim_m = field.grid.x0_m + 39 * CELL_M
     corners = np.array([(rim_m + x, y, z) for x in (-0.2, 0.6) for y in (-0.3, 0.3) for z in (-0.1, 0.5)])
-    triangles = np.array([
-        (0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1), (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4),
-        (1, 5, 7), (1, 7, 3),
-    ], np.int32)  # fmt: skip
+    triangles = np.array(
+        [
+            (0, 1, 3),
+            (0, 3, 2),
+            (4, 6, 7),
+            (4, 7, 5),
+            (0, 4, 5),
+            (0, 5, 1),
+            (2, 3, 7),
+            (2, 7, 6),
+            (0, 2, 6),
+            (0, 6, 4),
+            (1, 5, 7),
+            (1, 7, 3),
+        ],
+        np.int32,
+    )
     block = Rock(rim_m, 0.0, 0.8, 0.5, corners, triangles)
     origins = np.array([(rim_m + 0.4, -2.0, 0.2), (rim_m - 1.0, 0.05, 0.2)])  # off the ground; over it
     ranges = ground_of(replace(field, rocks=(block,))).cast(origins, np.array([(0.0, 1.0, 0.0), (1.0, 0.0, 0.0)]), 5.0)

@@ -71,9 +71,10 @@ def test_it_weighs_what_the_bench_s_rover_weighs():
 
 def test_the_right_rocker_turns_against_the_left_as_its_mimic_says():
     right = next(
-        joint for joint in ElementTree.fromstring(ros_urdf(Rover())).iter("joint")
+        joint
+        for joint in ElementTree.fromstring(ros_urdf(Rover())).iter("joint")
         if joint.get("name") == "right_rocker_joint"
-    )  # fmt: skip
+    )
     assert right.find("mimic").attrib == {"joint": "left_rocker_joint", "multiplier": "-1"}
     plant = Plant(rough(2, ratio=0.0), step_ns=5_000_000)
     plant.apply((WheelDrive(0.0, 1.1),) * 4)

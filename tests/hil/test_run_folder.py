@@ -53,9 +53,13 @@ def test_a_path_within_the_folder_is_of_the_run_s_folder(tmp_path):
 
     scenario = load_scenario(scenario_file(tmp_path, "[set]\n'mapping.folder' = 'map'\n'status.socket' = 'off'"))
     assert paths_in(tmp_path / "run", scenario.set) == {
-        "mapping.folder": str(tmp_path / "run" / "map"), "status.socket": "off"}  # fmt: skip
+        "mapping.folder": str(tmp_path / "run" / "map"),
+        "status.socket": "off",
+    }
     assert paths_in(tmp_path / "run", {"state.folder": "/srv/state", "mission.guard": False}) == {
-        "state.folder": "/srv/state", "mission.guard": False}  # fmt: skip
+        "state.folder": "/srv/state",
+        "mission.guard": False,
+    }
 
 
 def test_a_path_of_the_command_line_may_lead_anywhere(tmp_path, monkeypatch):

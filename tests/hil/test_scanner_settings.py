@@ -71,8 +71,9 @@ def test_the_command_line_s_words_come_over_the_scenario_s_table_and_a_profile_r
     assert lidar_table(["jitter_s=1e-3", "speck_ratio = 0.1"], table) == {**table, "jitter_s": 1e-3, "speck_ratio": 0.1}
     assert lidar_table(["ideal"], table) == {"profile": "ideal"}
     assert lidar_table(["profile=utm-30lx-ew", "dark_patches_m=[[1,2,0.5]]"], table) == {
-        "profile": "utm-30lx-ew", "dark_patches_m": [[1, 2, 0.5]],
-    }  # fmt: skip
+        "profile": "utm-30lx-ew",
+        "dark_patches_m": [[1, 2, 0.5]],
+    }
     with pytest.raises(ConfigError, match=r"--lidar.*did you mean 'ideal'"):
         lidar_table(["idea"], {})
 
@@ -111,10 +112,14 @@ LOOK = {"scanning.start_rad": 1.05, "scanning.end_rad": 0.2, "scanning.spacing_m
 
 
 def test_the_scanner_flies_as_told_and_the_run_tells_what_it_lost():
-    lidar = {"profile": "utm-30lx", "lost_ratio": 0.1, "clump_ratio": 0.0, "outlier_ratio": 0.01,
-             "rate_error_ppm": 40.0}
-    flight = InMemory(replace(FLAT, end_s=4.0, set=LOOK, lidar=lidar, soil="firm",
-                              script="at 0.5: goto 2 0\n")).run()  # fmt: skip
+    lidar = {
+        "profile": "utm-30lx",
+        "lost_ratio": 0.1,
+        "clump_ratio": 0.0,
+        "outlier_ratio": 0.01,
+        "rate_error_ppm": 40.0,
+    }
+    flight = InMemory(replace(FLAT, end_s=4.0, set=LOOK, lidar=lidar, soil="firm", script="at 0.5: goto 2 0\n")).run()
     told = flight.equipment
     assert (told["soil"], told["scanner"]["profile"], told["scanner"]["rate_error_ppm"]) == ("firm", "utm-30lx", 40.0)
     assert told["scanner"]["lost_by"]["random"] == pytest.approx(0.1, abs=0.01)

@@ -60,8 +60,9 @@ def test_an_unknown_fault_names_those_there_are(tmp_path):
         Injector(load_scenario(path).faults)
 
 
-@pytest.mark.parametrize("text", ["[set]\nmapping.folder = 'a b'", "[set]\n'mapping.folder' = 'a b'",
-                                  "[set.mapping]\nfolder = 'a b'"])
+@pytest.mark.parametrize(
+    "text", ["[set]\nmapping.folder = 'a b'", "[set]\n'mapping.folder' = 'a b'", "[set.mapping]\nfolder = 'a b'"]
+)
 def test_a_setting_may_be_written_in_each_way_of_toml(tmp_path, text):
     path = tmp_path / "s.toml"
     path.write_text(f"seed = 1\n{text}")
@@ -71,8 +72,18 @@ def test_a_setting_may_be_written_in_each_way_of_toml(tmp_path, text):
 def test_every_fault_of_the_bench_s_catalogue_that_the_rover_must_survive_has_a_scenario():
     flown = {fault.fault for path in OWN for fault in load_scenario(path).faults}
     alone = {  # one by one in tests/hil/test_lidar_faults.py
-        "lidar_split", "lidar_merge", "lidar_semicolon", "lidar_double", "lidar_lose", "lidar_stamp", "lidar_echo",
-        "lidar_clash", "lidar_fail", "lidar_unstable", "lidar_refuse", "lidar_drill",
+        "lidar_split",
+        "lidar_merge",
+        "lidar_semicolon",
+        "lidar_double",
+        "lidar_lose",
+        "lidar_stamp",
+        "lidar_echo",
+        "lidar_clash",
+        "lidar_fail",
+        "lidar_unstable",
+        "lidar_refuse",
+        "lidar_drill",
     }
     assert set(INJECTIONS) - alone == flown
 

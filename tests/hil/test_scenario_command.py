@@ -120,7 +120,10 @@ def test_each_of_several_runs_is_compared_and_one_that_differs_is_counted(tmp_pa
     assert ended.value.exit_code == 1 and flown == [Scenario()] * 3
     lines = capsys.readouterr().out.splitlines()
     assert [line.rpartition(": ")[2] for line in lines if ", run " in line] == [
-        "the same to the byte", "1 differences", "the same to the byte"]  # fmt: skip
+        "the same to the byte",
+        "1 differences",
+        "the same to the byte",
+    ]
     assert f"differs: plant.sha256: aa in {path}, ab now" in lines
 
 

@@ -25,8 +25,18 @@ def heard(errors, ticks, spin=lambda t_s: ZERO, force=(0.0, 0.0, 1.62), wheel=Wh
     nodes, frames = build_nodes(7, errors=errors), {}
     for k in range(1, ticks + 1):
         now_ns = k * TICK_NS
-        nodes.step(now_ns, PlantState(now_ns, ZERO, np.array([0, 0, 0, 1.0]), ZERO, np.array(spin(now_ns / 1e9), float),
-                                      np.array(force), (wheel,) * 4))  # fmt: skip
+        nodes.step(
+            now_ns,
+            PlantState(
+                now_ns,
+                ZERO,
+                np.array([0, 0, 0, 1.0]),
+                ZERO,
+                np.array(spin(now_ns / 1e9), float),
+                np.array(force),
+                (wheel,) * 4,
+            ),
+        )
         for frame in nodes.send():
             frames.setdefault(TABLE[frame.can_id].name, []).append(TABLE[frame.can_id].decode(frame.data))
     return frames

@@ -34,9 +34,11 @@ def sim(tmp_path):
     _, said = process.communicate(timeout=60)
     assert process.returncode == 0, said
     assert said.splitlines()[-4:] == [
-        "hil: ended by Ctrl-C; all processes are gone", "contacts: none", f"record: {tmp_path / 'onboard.mcap'}",
+        "hil: ended by Ctrl-C; all processes are gone",
+        "contacts: none",
+        f"record: {tmp_path / 'onboard.mcap'}",
         f"report: .venv/bin/ground report {tmp_path}",
-    ]  # fmt: skip
+    ]
 
 
 def test_the_record_of_a_start_that_has_ended_is_kept_with_all_its_parts(tmp_path):
@@ -45,8 +47,12 @@ def test_the_record_of_a_start_that_has_ended_is_kept_with_all_its_parts(tmp_pat
             (tmp_path / name).write_text(text)
         keep_record(tmp_path)
     kept = {path.name: path.read_text() for path in tmp_path.iterdir()}
-    assert kept == {"onboard-boot1.mcap": "first", "onboard-boot1.2.mcap": "first",
-                    "onboard-boot2.mcap": "second", "onboard-boot2.2.mcap": "second"}
+    assert kept == {
+        "onboard-boot1.mcap": "first",
+        "onboard-boot1.2.mcap": "first",
+        "onboard-boot2.mcap": "second",
+        "onboard-boot2.2.mcap": "second",
+    }
 
 
 @pytest.mark.mission

@@ -78,8 +78,12 @@ def test_the_rover_in_the_scene_stands_as_the_truth_says(watcher, time_s):
 def test_the_scene_has_every_part_of_the_rover_the_ground_and_the_goal(watcher):
     nodes = shown_at(watcher, 0.0)
     names = {name.rsplit("/", 1)[-1] for name in nodes if name.startswith("/rover/")}
-    assert names == {"chassis", "rocker_left", "rocker_right",
-                     *(f"{kind}_{wheel}" for kind in ("steer", "wheel") for wheel in WHEELS)}
+    assert names == {
+        "chassis",
+        "rocker_left",
+        "rocker_right",
+        *(f"{kind}_{wheel}" for kind in ("steer", "wheel") for wheel in WHEELS),
+    }
     assert "/ground" in nodes
     assert nodes["/goal"].position[:2] == pytest.approx(GOAL)
 
@@ -151,19 +155,31 @@ def test_clicks_reach_the_player_in_the_next_step(watcher):
 
 def test_the_parts_stand_where_the_physics_engine_has_them(tmp_path):
     rover, client = Rover(), pybullet.connect(pybullet.DIRECT)
-    angles = {"rocker_left": 0.11, "rocker_right": -0.07, **{f"steer_{w}": 0.3 * w - 0.8 for w in WHEELS},
-              **{f"wheel_{w}": 0.4 * w for w in WHEELS}}
-    moment = Moment(0.0, (0.0,) * 3, (0.0, 0.0, 0.0, 1.0), *(tuple(v for k, v in angles.items() if k.startswith(kind))
-                    for kind in ("rocker", "steer", "wheel")), "")
+    angles = {
+        "rocker_left": 0.11,
+        "rocker_right": -0.07,
+        **{f"steer_{w}": 0.3 * w - 0.8 for w in WHEELS},
+        **{f"wheel_{w}": 0.4 * w for w in WHEELS},
+    }
+    moment = Moment(
+        0.0,
+        (0.0,) * 3,
+        (0.0, 0.0, 0.0, 1.0),
+        *(tuple(v for k, v in angles.items() if k.startswith(kind)) for kind in ("rocker", "steer", "wheel")),
+        "",
+    )
     (tmp_path / "rover.urdf").write_text(urdf(rover))
     try:
         body = pybullet.loadURDF(str(tmp_path / "rover.urdf"), physicsClientId=client)
         for joint in range(pybullet.getNumJoints(body, physicsClientId=client)):
             name = pybullet.getJointInfo(body, joint, physicsClientId=client)[1].decode()
             pybullet.resetJointState(body, joint, angles[name], physicsClientId=client)
-        theirs = {pybullet.getJointInfo(body, k, physicsClientId=client)[12].decode():
-                  pybullet.getLinkState(body, k, computeForwardKinematics=1, physicsClientId=client)[4]
-                  for k in range(pybullet.getNumJoints(body, physicsClientId=client))}
+        theirs = {
+            pybullet.getJointInfo(body, k, physicsClientId=client)[12].decode(): pybullet.getLinkState(
+                body, k, computeForwardKinematics=1, physicsClientId=client
+            )[4]
+            for k in range(pybullet.getNumJoints(body, physicsClientId=client))
+        }
         base = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)[0]
         inertial = pybullet.getDynamicsInfo(body, -1, physicsClientId=client)[3]
     finally:
@@ -179,9 +195,13 @@ def placed(found, angles):
     frames, places = {"": np.eye(4)}, {}
     for part in found:
         w, x, y, z = about(part.axis, angles.get(part.name, 0.0))
-        turn = np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]])
+        turn = np.array(
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+            ]
+        )
         T = np.eye(4)
         T[:3, :3], T[:3, 3] = turn, part.origin_m
         frames[part.path] = frames[part.path.rpartition("/")[0]] @ T
@@ -194,15 +214,20 @@ def placed(found, angles):
 
 def start(folder, port):
     """`hil watch` as a process that has told its address."""
-    child = subprocess.Popen([sys.executable, "-m", "hil", "watch", str(folder), "--port", str(port)], cwd=ROOT,
-                             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    child = subprocess.Popen(
+        [sys.executable, "-m", "hil", "watch", str(folder), "--port", str(port)],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
     assert f"http://127.0.0.1:{port}" in child.stdout.readline()
     return child
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_the_page_is_served_until_ctrl_c_which_leaves_nothing(run, number):
-    port, = free_ports(1)
+    (port,) = free_ports(1)
     child = start(run, port)
     page = urllib.request.urlopen(f"http://127.0.0.1:{port}").read()
     child.send_signal(number)
@@ -315,5 +340,14 @@ def test_a_file_for_rerun_holds_what_the_browser_shows(run, tmp_path):
     assert done.exit_code == 0
     data = (tmp_path / "run.rrd").read_bytes()
     assert data.startswith(b"RRF")
-    assert all(name in data for name in (b"/ground", b"/rover/chassis/rocker_left/steer_1/wheel_1", b"/scan/points",
-                                         b"/paths/local", b"/map", b"/events"))
+    assert all(
+        name in data
+        for name in (
+            b"/ground",
+            b"/rover/chassis/rocker_left/steer_1/wheel_1",
+            b"/scan/points",
+            b"/paths/local",
+            b"/map",
+            b"/events",
+        )
+    )

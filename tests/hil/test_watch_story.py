@@ -68,8 +68,12 @@ def test_a_record_begun_anew_is_told(run, tmp_path):
 
 
 def broken(data, how):
-    return {"cut": lambda: data[: len(data) // 3], "noise": lambda: b"noise" * 20, "nothing": lambda: b"",
-            "chunk": lambda: with_a_broken_chunk(data)}[how]()  # fmt: skip
+    return {
+        "cut": lambda: data[: len(data) // 3],
+        "noise": lambda: b"noise" * 20,
+        "nothing": lambda: b"",
+        "chunk": lambda: with_a_broken_chunk(data),
+    }[how]()
 
 
 def with_a_broken_chunk(record):
@@ -82,8 +86,14 @@ def with_a_broken_chunk(record):
 
 @pytest.mark.parametrize(
     ("name", "how"),
-    [("field.npz", "cut"), ("field.npz", "nothing"), ("truth.mcap", "noise"), ("truth.mcap", "chunk"),
-     ("onboard.mcap", "noise"), ("onboard.mcap", "chunk")],
+    [
+        ("field.npz", "cut"),
+        ("field.npz", "nothing"),
+        ("truth.mcap", "noise"),
+        ("truth.mcap", "chunk"),
+        ("onboard.mcap", "noise"),
+        ("onboard.mcap", "chunk"),
+    ],
 )
 def test_a_damaged_file_is_named_in_one_line(run, tmp_path, name, how):
     shutil.copytree(run, tmp_path / "run")
@@ -120,7 +130,7 @@ def test_a_turn_is_read_back_as_every_fourth_ray_that_met_something(tmp_path):
     truth.add_turn(Turn(10**9, 7, origins, directions, ranges))
     truth.add_turn(Turn(10**9 + 25_000_000, 7, origins, directions, ranges))  # too soon: ten a second
     truth.close()
-    said, = Tail(tmp_path / "truth.mcap").read()
+    (said,) = Tail(tmp_path / "truth.mcap").read()
     met = read_turn(said.data)
     kept = [k for k in range(0, 41, 4) if k != 8]
     np.testing.assert_allclose(met.points_m, [origins[k] + ranges[k] * directions[k] for k in kept], rtol=1e-6)

@@ -36,7 +36,8 @@ def test_the_ground_is_every_node_at_its_height_and_two_triangles_a_square(groun
     assert looks_up(surface).all()
     np.testing.assert_array_equal(surface.vertices_m[:, 2].reshape(grid.rows, grid.columns), ground.heights_m)
     assert surface.vertices_m[-1, :2] == pytest.approx(
-        (grid.x0_m + (grid.columns - 1) * grid.cell_m, grid.y0_m + (grid.rows - 1) * grid.cell_m), abs=1e-5)
+        (grid.x0_m + (grid.columns - 1) * grid.cell_m, grid.y0_m + (grid.rows - 1) * grid.cell_m), abs=1e-5
+    )
 
 
 def test_a_large_ground_is_shown_by_fewer_nodes_of_the_same_heights(ground, monkeypatch):
@@ -50,8 +51,9 @@ def test_a_large_ground_is_shown_by_fewer_nodes_of_the_same_heights(ground, monk
 def test_rocks_have_their_own_colour_and_nothing_else_has(ground):
     surface = ground_surface(ground)
     x, y, _ = surface.vertices_m.T.astype(float)
-    nearest = np.min(np.hypot(x[:, None] - ground.rocks[:, 0], y[:, None] - ground.rocks[:, 1])
-                     - ground.rocks[:, 2] / 2, axis=1)
+    nearest = np.min(
+        np.hypot(x[:, None] - ground.rocks[:, 0], y[:, None] - ground.rocks[:, 1]) - ground.rocks[:, 2] / 2, axis=1
+    )
     brown = (surface.colours == surfaces.ROCK).all(axis=1)
     clear = np.abs(nearest) > 1e-4
     np.testing.assert_array_equal(brown[clear], nearest[clear] < 0)
@@ -61,8 +63,10 @@ def test_the_map_is_drawn_where_it_knows_the_height_in_the_colour_of_its_set(pla
     surface = map_surface(plan)
     assert len(surface.triangles) > 0
     assert looks_up(surface).all()
-    i, j = (np.rint((surface.vertices_m[:, k] - start) / plan.grid.cell_m).astype(int)
-            for k, start in ((0, plan.grid.x0_m), (1, plan.grid.y0_m)))
+    i, j = (
+        np.rint((surface.vertices_m[:, k] - start) / plan.grid.cell_m).astype(int)
+        for k, start in ((0, plan.grid.x0_m), (1, plan.grid.y0_m))
+    )
     np.testing.assert_allclose(surface.vertices_m[:, 2], plan.heights_m[j, i] + ABOVE_M, atol=1e-6)
     assert not (plan.node_sets[j, i] == NodeSet.OUTSIDE).any()
     for node_set, colour in surfaces.SETS.items():

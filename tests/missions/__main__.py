@@ -1,11 +1,11 @@
 """`python -m tests.missions`: the campaign in the kinematic world (`make missions`), and drawings of single missions.
 
-    python -m tests.missions fly --run optimistic --seeds 1-10
-    python -m tests.missions guard
-    python -m tests.missions map --docs
-    python -m tests.missions rocks --docs
-    python -m tests.missions draw --run U-traps --seed 3 --out build/missions/trap-3.png
-    python -m tests.missions table
+python -m tests.missions fly --run optimistic --seeds 1-10
+python -m tests.missions guard
+python -m tests.missions map --docs
+python -m tests.missions rocks --docs
+python -m tests.missions draw --run U-traps --seed 3 --out build/missions/trap-3.png
+python -m tests.missions table
 """
 
 from __future__ import annotations
@@ -43,8 +43,15 @@ def runs(fresh: int | None = None) -> tuple[Run, ...]:
     made += [
         Run("pose error 5 cm + 1 deg", "main", FIXED, errors=POSE_ERROR),
         Run("legs of 4 m, as flown", "main", FIXED, {"mission.leg_m": 4.0}, REGISTERED, drift=FLOWN_DRIFT),
-        Run("demo fields 101 to 130, as flown", "demo", tuple(range(101, 131)), {"mission.leg_m": 4.0}, REGISTERED,
-            ORBIT_CELL_M, FLOWN_DRIFT),
+        Run(
+            "demo fields 101 to 130, as flown",
+            "demo",
+            tuple(range(101, 131)),
+            {"mission.leg_m": 4.0},
+            REGISTERED,
+            ORBIT_CELL_M,
+            FLOWN_DRIFT,
+        ),
         Run("U-traps", "trap", tuple(range(1, 9))),
         Run("ringed goals", "ring", tuple(range(1, 13))),
         Run("36 to 42 m", "far", tuple(range(1, 5))),
@@ -123,8 +130,12 @@ def guard(
     wanted = set(numbers(seeds)) if seeds else None
     legs: Sequence[open_loop.Outcome] = ()
     for legs in open_loop.until_met(objects, workers):
-        typer.echo("met by a wheel: {} of {objects} holes, {} of {objects} rocks".format(
-            *open_loop.met(legs), objects=objects), err=True)
+        typer.echo(
+            "met by a wheel: {} of {objects} holes, {} of {objects} rocks".format(
+                *open_loop.met(legs), objects=objects
+            ),
+            err=True,
+        )
     Console(width=150).print(open_loop.table(legs))
     chosen = [run.only(wanted) for run in guard_runs.RUNS]
     total, rows = sum(len(run.seeds) for run in chosen), []

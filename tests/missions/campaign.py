@@ -100,9 +100,23 @@ def fly(run: Run, seed: int) -> Row:
     ratio = flight.way_m / perfect.way_m if arrived and perfect.way_m < math.inf else math.nan
     rules = " ".join(stop.result.decision.rule for stop in flight.stops)
     return Row(
-        run.name, seed, world.kind, perfect.reachable, perfect.way_m, flight.kind, flight.reason, len(flight.stops),
-        flight.scans, flight.way_m, ratio, flight.miss_m, flight.hard, flight.soft, flight.unseen,
-        len(flight.on_rocks), rules,
+        run.name,
+        seed,
+        world.kind,
+        perfect.reachable,
+        perfect.way_m,
+        flight.kind,
+        flight.reason,
+        len(flight.stops),
+        flight.scans,
+        flight.way_m,
+        ratio,
+        flight.miss_m,
+        flight.hard,
+        flight.soft,
+        flight.unseen,
+        len(flight.on_rocks),
+        rules,
     )
 
 
@@ -129,13 +143,20 @@ def summary(name: str, rows: Sequence[Row]) -> Summary:
     """Sum up a run. beyond: goals reached although the truth planner calls them unreachable."""
     good = [row for row in rows if row.reachable and row.outcome == "arrived"]
     return Summary(
-        name, len(rows), sum(row.reachable for row in rows), len(good),
+        name,
+        len(rows),
+        sum(row.reachable for row in rows),
+        len(good),
         sum(not row.reachable and row.outcome == "arrived" for row in rows),
-        sum(row.outcome == "unreachable" for row in rows), sum(row.outcome == "endless" for row in rows),
-        _spread([row.stops for row in good]), _spread([row.ratio for row in good]),
-        sum(row.hard > 0 for row in rows), sum(row.soft > 0 for row in rows),
-        sum(row.unseen > 0 for row in rows), sum(row.on_rocks > 0 for row in rows),
-    )  # fmt: skip
+        sum(row.outcome == "unreachable" for row in rows),
+        sum(row.outcome == "endless" for row in rows),
+        _spread([row.stops for row in good]),
+        _spread([row.ratio for row in good]),
+        sum(row.hard > 0 for row in rows),
+        sum(row.soft > 0 for row in rows),
+        sum(row.unseen > 0 for row in rows),
+        sum(row.on_rocks > 0 for row in rows),
+    )
 
 
 def _spread(values: Sequence[float]) -> tuple[float, float, float]:

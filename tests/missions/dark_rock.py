@@ -87,8 +87,17 @@ def fly(run: DarkRun, seed: int) -> DarkRow:
     mission = Watched(world, made, REGISTERED, seed, drift=FLOWN_DRIFT)
     mission.rock = world.rocks[0]
     flight = mission.fly()
-    return DarkRow(seed, round(math.hypot(mission.rock.x_m, mission.rock.y_m), 2), mission.free, len(flight.on_rocks),
-                   flight.hard, flight.kind, flight.reason, flight.scans, round(flight.way_m, 2))  # fmt: skip
+    return DarkRow(
+        seed,
+        round(math.hypot(mission.rock.x_m, mission.rock.y_m), 2),
+        mission.free,
+        len(flight.on_rocks),
+        flight.hard,
+        flight.kind,
+        flight.reason,
+        flight.scans,
+        round(flight.way_m, 2),
+    )
 
 
 def ground(seed: int) -> World:
@@ -107,8 +116,9 @@ def shortfalls(rows: Sequence[DarkRow]) -> list[str]:
     return [
         f"dark rock, seed {row.seed}: {row.free} poses over it were free, {row.touched} wheels on it, {row.hard} hard "
         "contacts"
-        for row in rows if row.free or row.touched or row.hard
-    ]  # fmt: skip
+        for row in rows
+        if row.free or row.touched or row.hard
+    ]
 
 
 def cells(rows: Sequence[DarkRow]) -> tuple[str, ...]:
@@ -116,5 +126,10 @@ def cells(rows: Sequence[DarkRow]) -> tuple[str, ...]:
     never = sum(row.free == 0 and row.touched == 0 and row.hard == 0 for row in rows)
     arrived = sum(row.outcome == "arrived" for row in rows)
     touched = sum(row.touched + row.hard > 0 for row in rows)
-    return (f"{SIDE_M:g} m high, dark, in the way of a mission", f"never free nor touched: {never} of {len(rows)}",
-            f"touched: {touched}", f"arrived: {arrived}", "")  # fmt: skip
+    return (
+        f"{SIDE_M:g} m high, dark, in the way of a mission",
+        f"never free nor touched: {never} of {len(rows)}",
+        f"touched: {touched}",
+        f"arrived: {arrived}",
+        "",
+    )

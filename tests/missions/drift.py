@@ -28,10 +28,17 @@ class Drift:
             noise[k] = keep[k] * noise[k - 1] + math.sqrt(1.0 - keep[k] ** 2) * noise[k]
         unit = math.sqrt(0.5) * (rng.normal(size=6) + noise)
         still = np.ones_like(way_m)
-        sigma = np.stack([
-            self.way_ratio * way_m / math.sqrt(2.0), self.way_ratio * way_m / math.sqrt(2.0),
-            self.height_ratio * way_m, self.attitude_rad * still, self.attitude_rad * still, self.heading_rad * still,
-        ], axis=1)  # fmt: skip
+        sigma = np.stack(
+            [
+                self.way_ratio * way_m / math.sqrt(2.0),
+                self.way_ratio * way_m / math.sqrt(2.0),
+                self.height_ratio * way_m,
+                self.attitude_rad * still,
+                self.attitude_rad * still,
+                self.heading_rad * still,
+            ],
+            axis=1,
+        )
         return sigma * unit
 
 

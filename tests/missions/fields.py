@@ -1,12 +1,12 @@
 """Fields of the campaign, drawn from seeds. The truth planner, not this module, decides whether a goal is reachable.
 
-    main   20 m x 20 m, fBm of median slope 4.5 to 7.5 degrees, H 0.75 to 0.9; rocks by kind (seed modulo 5); goal 10 to
-           16 m away; the rover looks within 45 degrees of it
-    trap   a U of walls, 0.5 to 0.9 m high, 3 to 6 m deep, 4 to 8 m wide, open towards the start, before the goal
-    ring   a closed wall round the goal, whole in the field with room to drive round it
-    far    50 m x 50 m, goal 36 to 42 m away
-    demo   those of `make demo`
-    pits   main with Golombek rocks and 60 holes of 0.2 to 0.7 m x 0.12 to 0.30 m on 400 m2
+main   20 m x 20 m, fBm of median slope 4.5 to 7.5 degrees, H 0.75 to 0.9; rocks by kind (seed modulo 5); goal 10 to
+       16 m away; the rover looks within 45 degrees of it
+trap   a U of walls, 0.5 to 0.9 m high, 3 to 6 m deep, 4 to 8 m wide, open towards the start, before the goal
+ring   a closed wall round the goal, whole in the field with room to drive round it
+far    50 m x 50 m, goal 36 to 42 m away
+demo   those of `make demo`
+pits   main with Golombek rocks and 60 holes of 0.2 to 0.7 m x 0.12 to 0.30 m on 400 m2
 """
 
 from __future__ import annotations

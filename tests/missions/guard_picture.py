@@ -25,8 +25,9 @@ TRENCH_M, DEEP_M = (2.6, 2.9), 0.12
 def stopped() -> Stopped:
     """Return the rover on its way along +x, at the first bad cell."""
     config = load(None, {"drive_guard.on": True})
-    even = World(GRID, np.zeros((GRID.rows, GRID.columns), np.float32), Pose(0.0, 0.0), (4.0, 0.0), 1, "even",
-                 np.empty((0, 4)))  # fmt: skip
+    even = World(
+        GRID, np.zeros((GRID.rows, GRID.columns), np.float32), Pose(0.0, 0.0), (4.0, 0.0), 1, "even", np.empty((0, 4))
+    )
     mission = Guarded(even, scanner(config), Errors(), 1, NO_DRIFT)
     mission._scan()
     x_m = GRID.x0_m + np.arange(GRID.columns) * GRID.cell_m

@@ -65,9 +65,18 @@ def fly(run: GuardRun, seed: int) -> GuardRow:
     flight = Guarded(FIELDS[run.fields](seed), replace(scanner(config), errors=run.errors), REGISTERED, seed).fly()
     assert isinstance(flight, GuardedFlight)
     return GuardRow(
-        run.name, seed, flight.kind, len(flight.stops), flight.scans, flight.way_m, flight.hard, flight.in_hole,
-        flight.unseen, len(flight.guard_stops), sum(not stop.real for stop in flight.guard_stops),
-    )  # fmt: skip
+        run.name,
+        seed,
+        flight.kind,
+        len(flight.stops),
+        flight.scans,
+        flight.way_m,
+        flight.hard,
+        flight.in_hole,
+        flight.unseen,
+        len(flight.guard_stops),
+        sum(not stop.real for stop in flight.guard_stops),
+    )
 
 
 def shortfalls(rows: Sequence[GuardRow]) -> list[str]:
@@ -100,16 +109,29 @@ def _stops_per_10_m(rows: Sequence[GuardRow]) -> float:
 
 def table(rows: Sequence[GuardRow]) -> Table:
     """Return sums over the rows of each run."""
-    made = Table("fields and rule", "missions", "with hard contact", "with a wheel in a hole", "wheel cells never seen",
-                 "arrived / reported / endless", "scans", "guard stops (false)", "guard stops per 10 m")  # fmt: skip
+    made = Table(
+        "fields and rule",
+        "missions",
+        "with hard contact",
+        "with a wheel in a hole",
+        "wheel cells never seen",
+        "arrived / reported / endless",
+        "scans",
+        "guard stops (false)",
+        "guard stops per 10 m",
+    )
     for run in RUNS:
         mine = _of(run, rows)
         outcomes, stops = [row.outcome for row in mine], sum(row.guard_stops for row in mine)
         made.add_row(
-            run.name, str(len(mine)), str(sum(row.hard > 0 for row in mine)), str(sum(row.in_hole > 0 for row in mine)),
+            run.name,
+            str(len(mine)),
+            str(sum(row.hard > 0 for row in mine)),
+            str(sum(row.in_hole > 0 for row in mine)),
             str(sum(row.unseen for row in mine)),
             " / ".join(str(outcomes.count(kind)) for kind in ("arrived", "unreachable", "endless")),
-            str(sum(row.scans for row in mine)), f"{stops} ({sum(row.false_stops for row in mine)})",
+            str(sum(row.scans for row in mine)),
+            f"{stops} ({sum(row.false_stops for row in mine)})",
             f"{_stops_per_10_m(mine):.2f}",
-        )  # fmt: skip
+        )
     return made

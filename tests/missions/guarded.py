@@ -63,7 +63,7 @@ class LineScanner:
         assert self.errors
         status = np.where(hit, BeamStatus.OK, BeamStatus.NO_RETURN).astype(np.uint8)
         ranges_m = np.where(hit, length_m, np.nan).astype(np.float32)
-        scan, = self.errors.apply((Scan(0, 0.0, 0.0, STEP_RAD, ranges_m, status),), rng)
+        (scan,) = self.errors.apply((Scan(0, 0.0, 0.0, STEP_RAD, ranges_m, status),), rng)
         lost = hit & (scan.status != BeamStatus.OK)
         return np.where(hit & ~lost, scan.ranges_m, length_m).astype(np.float64), lost
 

@@ -118,11 +118,20 @@ def fly(run: MapRun, seed: int) -> tuple[MapRow, ...]:
         after = poses_of(made, world, seen)
         false = np.argwhere(after.free & ~before.free)
         looked = false[np.sort(rng.choice(len(false), min(LOOKED, len(false)), replace=False))]
-        rows.append(MapRow(
-            run.fields, seed, case.name, int(before.free.sum()), int(before.reachable.sum()),
-            int((before.free & after.free).sum()), int((before.reachable & after.reachable).sum()), len(false),
-            len(looked), sum(in_hard_contact(world, before.grid, pose, made.config) for pose in looked),
-        ))  # fmt: skip
+        rows.append(
+            MapRow(
+                run.fields,
+                seed,
+                case.name,
+                int(before.free.sum()),
+                int(before.reachable.sum()),
+                int((before.free & after.free).sum()),
+                int((before.reachable & after.reachable).sum()),
+                len(false),
+                len(looked),
+                sum(in_hard_contact(world, before.grid, pose, made.config) for pose in looked),
+            )
+        )
     return tuple(rows)
 
 
@@ -213,8 +222,9 @@ def shortfalls(lines: Sequence[MapLine]) -> list[str]:
     return [
         f"{line.case.name}: {100 * line.reachable[0]:.1f} % of the reachable poses kept, "
         f"{100 * line.case.least_ratio:g} % promised"
-        for line in lines if line.case.least_ratio is not None and line.reachable[0] < line.case.least_ratio
-    ]  # fmt: skip
+        for line in lines
+        if line.case.least_ratio is not None and line.reachable[0] < line.case.least_ratio
+    ]
 
 
 def cells(line: MapLine) -> tuple[str, ...]:

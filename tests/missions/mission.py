@@ -88,9 +88,14 @@ class Kinematic:
     """State of one mission; `fly` runs it to its end."""
 
     def __init__(
-        self, world: World, scanner: Scanner, errors: Errors, seed: int, gdem: Gdem | None = None,
+        self,
+        world: World,
+        scanner: Scanner,
+        errors: Errors,
+        seed: int,
+        gdem: Gdem | None = None,
         drift: Drift = NO_DRIFT,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.drift = drift
         self.world, self.scanner, self.config, self.errors, self.gdem = world, scanner, scanner.config, errors, gdem
         self.rng = np.random.default_rng([seed, 77])
@@ -154,8 +159,9 @@ class Kinematic:
             goal_m=self.world.goal_m,
             gdem=self.gdem,
             state=self.rule,
-            settings=Settings(config.rover, config.mapping, config.planning, config.mission, config.scanning,
-                              config.drive_guard),
+            settings=Settings(
+                config.rover, config.mapping, config.planning, config.mission, config.scanning, config.drive_guard
+            ),
             trail=self._driven(),
             blocked_m=self.flight.memory.blocked_m,
             unseen_m=self.flight.memory.unseen_m,
@@ -220,9 +226,7 @@ class Kinematic:
         turn = self.true.yaw_rad - self.estimate.yaw_rad
         c, s = math.cos(turn), math.sin(turn)
         x, y = stations[:, 0] - self.estimate.x_m, stations[:, 1] - self.estimate.y_m
-        return np.column_stack(
-            [self.true.x_m + c * x - s * y, self.true.y_m + s * x + c * y, stations[:, 2] + turn]
-        )
+        return np.column_stack([self.true.x_m + c * x - s * y, self.true.y_m + s * x + c * y, stations[:, 2] + turn])
 
     def _believed(self, x_m: float, y_m: float, yaw_rad: float) -> Pose:
         """Return the estimate of a true pose; height and attitude are the true ones (IMU)."""

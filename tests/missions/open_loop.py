@@ -179,8 +179,14 @@ def shortfalls(found: Sequence[Outcome]) -> list[str]:
 
 def table(found: Sequence[Outcome]) -> Table:
     """Return the table of holes and rocks: placed, met by a wheel, missed by the guard, with the lead."""
-    made = Table("objects on the tracks", "put", "met by a wheel", "missed", "lead least / 5 % / median, m",
-                 "other triggers per 10 m")  # fmt: skip
+    made = Table(
+        "objects on the tracks",
+        "put",
+        "met by a wheel",
+        "missed",
+        "lead least / 5 % / median, m",
+        "other triggers per 10 m",
+    )
     for name, rock in (("holes", False), ("rocks", True)):
         mine = [one for one in found if one.rock == rock]
         reached = [one for one in mine if one.met]

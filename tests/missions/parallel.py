@@ -27,9 +27,7 @@ class Seeded(Protocol):
 RunT = TypeVar("RunT", bound=Seeded)
 
 
-def fly_all(
-    fly: Callable[[RunT, int], Row], runs: Sequence[RunT], workers: int, renewed: int = 0
-) -> Iterator[Row]:  # fmt: skip
+def fly_all(fly: Callable[[RunT, int], Row], runs: Sequence[RunT], workers: int, renewed: int = 0) -> Iterator[Row]:
     """Yield the rows of every mission of every run, as they end.
 
     renewed: after this many missions a new process replaces a worker, for missions that leave memory in use; 0: never.

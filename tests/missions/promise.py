@@ -82,10 +82,24 @@ def _broken(s: Summary, promise: Promise | None) -> Iterator[str]:
 
 def cells(s: Summary) -> tuple[str, ...]:
     """Return a line of the table as text, in the order of HEADS."""
-    stops, ratio = (" / ".join(f"{v:{form}}" for v in of) if of[0] == of[0] else "-"
-                    for of, form in ((s.stops, ".0f"), (s.ratio, ".2f")))  # fmt: skip
-    return (s.name, str(s.missions), f"{s.reached} / {s.reachable}", str(s.beyond), str(s.reported), str(s.endless),
-            stops, ratio, str(s.hard), str(s.soft), str(s.unseen), str(s.on_rocks))  # fmt: skip
+    stops, ratio = (
+        " / ".join(f"{v:{form}}" for v in of) if of[0] == of[0] else "-"
+        for of, form in ((s.stops, ".0f"), (s.ratio, ".2f"))
+    )
+    return (
+        s.name,
+        str(s.missions),
+        f"{s.reached} / {s.reachable}",
+        str(s.beyond),
+        str(s.reported),
+        str(s.endless),
+        stops,
+        ratio,
+        str(s.hard),
+        str(s.soft),
+        str(s.unseen),
+        str(s.on_rocks),
+    )
 
 
 def markdown(lines: Sequence[Summary]) -> str:

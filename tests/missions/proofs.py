@@ -50,8 +50,11 @@ def map_command(
     for count, found in enumerate(fly_all(map_proof.fly, runs, workers), 1):
         rows += found
         kept = ", ".join(f"{100 * row.kept_reachable / max(row.reachable, 1):.1f}" for row in found)
-        typer.echo(f"{count} of {sum(len(run.seeds) for run in runs)}: {found[0].fields} {found[0].seed}: "
-                   f"{found[0].reachable} reachable poses; kept, %: {kept}", err=True)  # fmt: skip
+        typer.echo(
+            f"{count} of {sum(len(run.seeds) for run in runs)}: {found[0].fields} {found[0].seed}: "
+            f"{found[0].reachable} reachable poses; kept, %: {kept}",
+            err=True,
+        )
     rows.sort(key=lambda row: (row.fields, row.seed))
     lines = map_proof.summed(rows)
     table = [map_proof.cells(line) for line in lines]
@@ -80,8 +83,11 @@ def rocks_command(
     total = sum(len(run.seeds) for run in runs)
     for count, found in enumerate(fly_all(rocks_proof.fly, runs, workers), 1):
         rows += found
-        typer.echo(f"{count} of {total} sweeps: seed {found[0].seed}, {found[0].away_m:g} m away: "
-                   f"{sum(row.blocks for row in found)} of {len(found)} rocks block", err=True)  # fmt: skip
+        typer.echo(
+            f"{count} of {total} sweeps: seed {found[0].seed}, {found[0].away_m:g} m away: "
+            f"{sum(row.blocks for row in found)} of {len(found)} rocks block",
+            err=True,
+        )
     rows.sort(key=lambda row: (row.few, row.away_m, row.seed, row.height_m))
     dark: list[DarkRow] = []
     for dark_row in fly_all(dark_rock.fly, [DarkRun(_within(dark_rock.SEEDS, seeds), errors)], workers):

@@ -96,8 +96,18 @@ def fly(run: RockRun, seed: int) -> tuple[RockRow, ...]:
     rows = []
     for rock, beams in zip(field.rocks, on_rock):
         over = rolling_over(top_of(rock), surface.grid, config.rover)
-        rows.append(RockRow(run.away_m, seed, run.few, float(rock.height_m), round(rock.diameter_m, 3),
-                            int(seen[beams].sum()), free_of(freedom, over), len(over)))  # fmt: skip
+        rows.append(
+            RockRow(
+                run.away_m,
+                seed,
+                run.few,
+                float(rock.height_m),
+                round(rock.diameter_m, 3),
+                int(seen[beams].sum()),
+                free_of(freedom, over),
+                len(over),
+            )
+        )
     return tuple(rows)
 
 
@@ -177,7 +187,8 @@ def rolling_over(point_m: tuple[float, float], grid: Grid, rover: Rover) -> I32:
         under = np.zeros(len(j), np.bool_)
         for a, b in WHEEL_SIGNS:
             under |= (np.abs(along - a * rover.half_wheelbase_m) <= half_m) & (
-                np.abs(across - b * rover.half_track_m) <= half_m)  # fmt: skip
+                np.abs(across - b * rover.half_track_m) <= half_m
+            )
         found.append(np.column_stack([np.full(under.sum(), o), j[under], i[under]]))
     return np.concatenate(found).astype(np.int32)
 
@@ -210,11 +221,11 @@ def shortfalls(rows: Sequence[RockRow]) -> list[str]:
     return [
         f"seed {row.seed}: a rock of {row.height_m:g} m x {row.width_m:g} m, {row.away_m:g} m away, {row.beams} beams: "
         f"{row.free} of {row.poses} poses that roll over it are free"
-        for row in rows if not row.blocks and _promised(row)
-    ]  # fmt: skip
+        for row in rows
+        if not row.blocks and _promised(row)
+    ]
 
 
 def _promised(row: RockRow) -> bool:
     seen_enough = row.beams >= FEW_BEAMS[0] if row.few else row.height_m >= PROMISED_M
     return seen_enough and row.away_m <= PROMISED_AWAY_M
-

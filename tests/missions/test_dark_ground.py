@@ -47,11 +47,17 @@ def test_grazing_loss_on_rough_ground_takes_no_pose_though_it_takes_beams(seed):
     gone = grazed(field, pose, scans, MADE, rng)
     ranges_m = np.stack([scan.ranges_m for scan in scans])
     assert gone[(ranges_m > 4.0) & (ranges_m < 8.0)].mean() > 0.03
-    scans = DEFAULT.apply([
-        replace(scan, ranges_m=np.where(row, np.nan, scan.ranges_m).astype(np.float32),
-                status=np.where(row, BeamStatus.NO_RETURN, scan.status).astype(np.uint8))
-        for scan, row in zip(scans, gone)
-    ], rng)  # fmt: skip
+    scans = DEFAULT.apply(
+        [
+            replace(
+                scan,
+                ranges_m=np.where(row, np.nan, scan.ranges_m).astype(np.float32),
+                status=np.where(row, BeamStatus.NO_RETURN, scan.status).astype(np.uint8),
+            )
+            for scan, row in zip(scans, gone)
+        ],
+        rng,
+    )
     memory = map_of(MADE, [(pose, scans)])
     free = [
         (pose_freedom(surface_around(of, pose, 20.0, config), config.rover, config.planning) == Freedom.FREE).sum()

@@ -44,8 +44,13 @@ def test_the_sweep_hits_nine_of_ten_visible_cells_at_8_to_10_m(full):
     """Visible: a ray from the scanner to the cell's centre meets nothing before it."""
     rng = np.random.default_rng(4)
     bumps = rng.uniform(-11.0, 11.0, (60, 2))
-    rolling = world(half_m=12.0, height_m=lambda x, y: 0.1 * np.sin(x / 1.7) * np.cos(y / 2.3) + sum(
-        0.25 * np.exp(-((x - a) ** 2 + (y - b) ** 2) / 0.1) for a, b in bumps))  # fmt: skip
+    rolling = world(
+        half_m=12.0,
+        height_m=lambda x, y: (
+            0.1 * np.sin(x / 1.7) * np.cos(y / 2.3)
+            + sum(0.25 * np.exp(-((x - a) ** 2 + (y - b) ** 2) / 0.1) for a, b in bumps)
+        ),
+    )
     pose = rolling.stand(0.0, 0.0, 0.0, CONFIG.rover)
     origin, points = seen_from(full, pose, rolling, 0.0)
     hit = {(j, i) for j, i in np.floor(points[:, 1::-1] / 0.1).astype(int)}

@@ -44,7 +44,9 @@ def test_a_pose_that_stands_over_a_wall_is_in_hard_contact_and_one_beside_it_is_
 
 
 def test_a_line_is_the_mean_and_the_worst_field_and_false_poses_do_not_make_up_for_lost_ones():
-    line, = summed([ROW, replace(ROW, seed=2, kept_free=500, kept_reachable=450, false_free=900, looked=400, hard=100)])
+    (line,) = summed(
+        [ROW, replace(ROW, seed=2, kept_free=500, kept_reachable=450, false_free=900, looked=400, hard=100)]
+    )
     assert line.free == pytest.approx((0.745, 0.5))
     assert line.reachable == pytest.approx(((890 / 900 + 0.5) / 2, 0.5))
     assert line.false_ratio == pytest.approx(903 / 2000)

@@ -71,9 +71,7 @@ def drawn(seen: Seen, within_m: float) -> list[Pose]:
     x, y = centres(seen.surface.grid)
     chosen = np.random.default_rng([seen.world.seed, 79]).permutation(len(free))[:POSES]
     assert len(chosen) == POSES
-    return [
-        seen.world.stand(x[i], y[j], o * math.pi / poses.ORIENTATIONS, CONFIG.rover) for o, j, i in free[chosen]
-    ]
+    return [seen.world.stand(x[i], y[j], o * math.pi / poses.ORIENTATIONS, CONFIG.rover) for o, j, i in free[chosen]]
 
 
 def scanned(surface: Surface, pose: Pose) -> np.ndarray:
@@ -149,8 +147,10 @@ def test_a_rover_settled_at_10000_poses_free_in_the_map_of_hole_free_fields_neve
     settled = [(seen.world, pose) for seen in smooth for pose in drawn(seen, math.inf)]
     belly_m = max(world.belly_m(pose, CONFIG.rover) for world, pose in settled)
     found = [world.contact(pose, CONFIG.rover) for world, pose in settled]
-    print(f"\n{len(found)} free poses: ground up to {belly_m:.3f} m above the wheel plane, "
-          f"{found.count(HARD)} hard, {found.count(SOFT)} soft contacts")  # fmt: skip
+    print(
+        f"\n{len(found)} free poses: ground up to {belly_m:.3f} m above the wheel plane, "
+        f"{found.count(HARD)} hard, {found.count(SOFT)} soft contacts"
+    )
     assert len(found) == 10_000
     assert belly_m <= HARD_BELLY_M
     assert found.count(HARD) == 0

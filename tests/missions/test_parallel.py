@@ -29,9 +29,12 @@ except KeyboardInterrupt:
 
 def test_a_second_ctrl_c_ends_a_mission_that_would_never_end():
     with subprocess.Popen(
-        [sys.executable, "-c", ENDLESS], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        [sys.executable, "-c", ENDLESS],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
         cwd=Path(__file__).parents[2],
-    ) as campaign:  # fmt: skip
+    ) as campaign:
         try:
             assert campaign.stdout.readline() == "begun\n"
             campaign.send_signal(signal.SIGINT)

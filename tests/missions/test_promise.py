@@ -124,14 +124,26 @@ def test_what_was_flown_before_a_ctrl_c_is_on_disk(tmp_path, monkeypatch):
 
 def test_the_campaign_flies_what_was_promised():
     flown = {run.name: run for run in runs(fresh=1000)}
-    sixty = {"optimistic", "pose error 5 cm + 1 deg", "legs of 4 m, as flown", "explore, guarded",
-             "visibility, guarded", "visibility, unguarded", "hill-climb, guarded", "hill-climb, unguarded"}
+    sixty = {
+        "optimistic",
+        "pose error 5 cm + 1 deg",
+        "legs of 4 m, as flown",
+        "explore, guarded",
+        "visibility, guarded",
+        "visibility, unguarded",
+        "hill-climb, guarded",
+        "hill-climb, unguarded",
+    }
     assert all((flown[name].fields, flown[name].seeds) == ("main", tuple(range(1, 61))) for name in sixty)
     assert flown["optimistic, fresh seeds"].seeds == tuple(range(1000, 1060))
     others = {name: (run.fields, len(run.seeds)) for name, run in flown.items() if run.fields != "main"}
-    assert others == {"U-traps": ("trap", 8), "ringed goals": ("ring", 12), "36 to 42 m": ("far", 4),
-                      "36 to 42 m, map from orbit": ("far", 4),
-                      "demo fields 101 to 130, as flown": ("demo", 30)}  # fmt: skip
+    assert others == {
+        "U-traps": ("trap", 8),
+        "ringed goals": ("ring", 12),
+        "36 to 42 m": ("far", 4),
+        "36 to 42 m, map from orbit": ("far", 4),
+        "demo fields 101 to 130, as flown": ("demo", 30),
+    }
     assert set(flown) == sixty | set(others) | {"optimistic, fresh seeds"}
     for name, run in flown.items():
         mission = config_of(run).mission

@@ -83,10 +83,13 @@ class Blind(Scanner):
 
     def sweep(self, world, pose, rng):
         return tuple(
-            replace(scan, ranges_m=np.full_like(scan.ranges_m, np.nan),
-                    status=np.full_like(scan.status, BeamStatus.NO_RETURN))
+            replace(
+                scan,
+                ranges_m=np.full_like(scan.ranges_m, np.nan),
+                status=np.full_like(scan.status, BeamStatus.NO_RETURN),
+            )
             for scan in super().sweep(world, pose, rng)
-        )  # fmt: skip
+        )
 
 
 def test_scans_without_any_return_end_the_mission_within_the_assumed_disc():
@@ -133,5 +136,3 @@ def test_unguarded_the_strategy_goes_on_until_the_limit_and_counts_as_endless():
     flight = fly(world(RING), scanner(loose))
     assert flight.kind == "endless"
     assert len(flight.stops) == 3
-
-

@@ -48,9 +48,10 @@ def test_a_rock_between_two_orientations_is_met_on_the_turn_between_them():
     a, b = Pose(0.0, 0.0), Pose(0.0, 0.0, yaw_rad=math.radians(22.5))
     assert not list(touches(ground, a, ROVER)) and not list(touches(ground, b, ROVER))
     met = [
-        wheel for x, y, yaw_rad, on_spot in between(a, b)
+        wheel
+        for x, y, yaw_rad, on_spot in between(a, b)
         for _, wheel in touches(ground, Pose(x, y, yaw_rad=yaw_rad), ROVER, on_spot)
-    ]  # fmt: skip
+    ]
     assert set(met) == {1}
 
 

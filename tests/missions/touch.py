@@ -29,18 +29,24 @@ JUMP_M = 1.0  # poses farther apart are not the ends of one movement
 def touches(world: World, pose: Pose, rover: Rover, turning: bool = False) -> Iterator[tuple[int, int]]:
     """(rock, wheel 1..4) of each tyre on a rock. turning: the wheels are steered for a turn on the spot."""
     reach_m = math.hypot(rover.half_wheelbase_m, rover.half_track_m) + math.hypot(
-        rover.wheel_radius_m, rover.wheel_width_m / 2)  # fmt: skip
+        rover.wheel_radius_m, rover.wheel_width_m / 2
+    )
     near = [
-        n for n, rock in enumerate(world.rocks)
+        n
+        for n, rock in enumerate(world.rocks)
         if rock.height_m > ROCK_LIMIT_M
         and math.hypot(rock.x_m - pose.x_m, rock.y_m - pose.y_m) < reach_m + rock.diameter_m / 2
-    ]  # fmt: skip
+    ]
     if not near:
         return
     radius_m, half_m = rover.wheel_radius_m, rover.wheel_width_m / 2
-    along, across = (part.ravel() for part in np.meshgrid(
-        np.linspace(-radius_m, radius_m, round(2 * radius_m / SAMPLE_M) + 1),
-        np.linspace(-half_m, half_m, round(2 * half_m / SAMPLE_M) + 1)))  # fmt: skip
+    along, across = (
+        part.ravel()
+        for part in np.meshgrid(
+            np.linspace(-radius_m, radius_m, round(2 * radius_m / SAMPLE_M) + 1),
+            np.linspace(-half_m, half_m, round(2 * half_m / SAMPLE_M) + 1),
+        )
+    )
     under = radius_m - np.sqrt(radius_m**2 - along**2)
     for wheel, ((x_m, y_m), (a, b)) in enumerate(zip(wheels(pose, rover), WHEEL_SIGNS), 1):
         yaw = pose.yaw_rad + (math.atan2(a * rover.half_wheelbase_m, -b * rover.half_track_m) if turning else 0.0)

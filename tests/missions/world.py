@@ -105,9 +105,7 @@ class World:
         for at_x, at_y, width_m, depth_m in holes:
             deep[np.hypot(x[None, :] - at_x, y[:, None] - at_y) <= width_m / 2] += np.float32(depth_m)
         soil = None if self.soil_m is None else self.soil_m - deep
-        return replace(
-            self, heights_m=self.heights_m - deep, soil_m=soil, holes=np.concatenate([self.holes, holes])
-        )
+        return replace(self, heights_m=self.heights_m - deep, soil_m=soil, holes=np.concatenate([self.holes, holes]))
 
     def stand(self, x_m: float, y_m: float, yaw_rad: float, rover: Rover) -> Pose:
         """Return the pose of the rover placed there, from the heights under its wheels."""
@@ -174,9 +172,16 @@ def wheels(pose: Pose, rover: Rover) -> list[tuple[float, float]]:
 def of_field(made: Field, kind: str) -> World:
     """Return the world of a field, without holes."""
     return World(
-        made.grid, truth_height(made), made.start, made.goal_m, made.seed, kind, holes=np.empty((0, 4)),
-        rocks=made.rocks, soil_m=made.soil_z,
-    )  # fmt: skip
+        made.grid,
+        truth_height(made),
+        made.start,
+        made.goal_m,
+        made.seed,
+        kind,
+        holes=np.empty((0, 4)),
+        rocks=made.rocks,
+        soil_m=made.soil_z,
+    )
 
 
 def true_surface(world: World, cell_m: float) -> Surface:

@@ -1,9 +1,9 @@
 """`python -m tests.mutation`: do the tests notice? Each mutant has to turn tests or a scenario red.
 
-    python -m tests.mutation                        all: every detector, every flip; hours of one core
-    python -m tests.mutation --only kinematics      mutants whose name holds the word; repeatable
-    python -m tests.mutation --only "detector WHEEL_STALE"
-    python -m tests.mutation --list
+python -m tests.mutation                        all: every detector, every flip; hours of one core
+python -m tests.mutation --only kinematics      mutants whose name holds the word; repeatable
+python -m tests.mutation --only "detector WHEEL_STALE"
+python -m tests.mutation --list
 """
 
 from __future__ import annotations
@@ -98,8 +98,9 @@ def _show(outcomes: Sequence[Outcome], as_json: bool) -> None:
     for group in dict.fromkeys(_group(each.name) for each in mutated):
         ends = Counter(
             "equivalent" if each.end is End.SURVIVED and each.name in EQUIVALENT else each.end.value
-            for each in mutated if _group(each.name) == group
-        )  # fmt: skip
+            for each in mutated
+            if _group(each.name) == group
+        )
         table.add_row(group, *(str(ends[end.value]) for end in End), str(ends["equivalent"]))
     Console(width=None if sys.stdout.isatty() else 110).print(table)
 

@@ -1,6 +1,6 @@
 """Mutants of the rover: the monitor of one row of the fault table is dead, and the runs that judge the row are flown.
 
-    MONITORS["WHEEL_STALE"] = never  ->  scenario wheel_stale  ->  "answers WHEEL_STALE within 0.04 s by STOP" is red
+MONITORS["WHEEL_STALE"] = never  ->  scenario wheel_stale  ->  "answers WHEEL_STALE within 0.04 s by STOP" is red
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Mutants of a source: one comparison or one sign is another, all else as it was.
 
-    speed < SLOWEST_MPS   ->   speed <= SLOWEST_MPS,   speed >= SLOWEST_MPS
-    u + w                 ->   u - w
-    -delta                ->   +delta
+speed < SLOWEST_MPS   ->   speed <= SLOWEST_MPS,   speed >= SLOWEST_MPS
+u + w                 ->   u - w
+-delta                ->   +delta
 """
 
 from __future__ import annotations

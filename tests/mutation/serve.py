@@ -1,6 +1,6 @@
 """In a process of its own: tests run against a module whose source is another. No file of the tree is touched.
 
-    import onboard.motion.kinematics   ->   Served: its name and path, the mutated source, no bytecode kept
+import onboard.motion.kinematics   ->   Served: its name and path, the mutated source, no bytecode kept
 """
 
 from __future__ import annotations
@@ -66,8 +66,9 @@ def red(module: str, source: str, tests: tuple[str, ...]) -> str:
     """
     if module in sys.modules:
         raise RuntimeError(f"{module} was imported before it could be another")
-    settings.register_profile(PROFILE, derandomize=True, database=None, deadline=None,
-                              suppress_health_check=list(HealthCheck))  # fmt: skip
+    settings.register_profile(
+        PROFILE, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck)
+    )
     sys.meta_path.insert(0, Served(module, source))
     witness = _Witness()
     code = pytest.main(["-x", "-q", "-p", "no:cacheprovider", f"--hypothesis-profile={PROFILE}", *tests], [witness])

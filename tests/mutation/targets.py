@@ -32,8 +32,10 @@ TARGETS = (
     Target("onboard.bus_guard.command", ("tests/onboard/test_bus_guard.py",)),
     Target("protocol.link.datagrams", ("tests/protocol/test_link.py", "tests/protocol/test_security.py")),
     Target("protocol.link.direct", ("tests/protocol/test_direct.py",)),
-    Target("protocol.link.keyring", ("tests/protocol/test_link.py", "tests/protocol/test_security.py",
-                                "tests/test_wire_page.py")),
+    Target(
+        "protocol.link.keyring",
+        ("tests/protocol/test_link.py", "tests/protocol/test_security.py", "tests/test_wire_page.py"),
+    ),
     Target("transport.key_file", ("tests/onboard/test_link_port.py",)),
     Target("onboard.drivers.link.port", ("tests/onboard/test_link_port.py", "tests/protocol/test_security.py")),
     Target("onboard.drivers.link.saved_state", ("tests/protocol/test_security.py",)),
@@ -43,8 +45,9 @@ TARGETS = (
 
 EQUIVALENT: Mapping[str, str] = {
     "protocol.link.keyring hkdf: len(out) < length -> len(out) <= length": "a block more, cut off at the end",
-    "protocol.link.datagrams Opener._count: ahead < self._size -> ahead <= self._size":
-        "shifted by its whole size the window is as empty as a new one",
+    "protocol.link.datagrams Opener._count: ahead < self._size -> ahead <= self._size": (
+        "shifted by its whole size the window is as empty as a new one"
+    ),
 }
 
 

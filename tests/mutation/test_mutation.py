@@ -26,13 +26,17 @@ def names(source):
 def test_every_comparison_and_sign_is_flipped_alone_and_nothing_else():
     source = "def f(a, b):\n    if a < b <= 3:\n        a += 1\n    return -a * b + (a == 1)\n"
     assert names(source) == [
-        "f: a < b <= 3 -> a <= b <= 3", "f: a < b <= 3 -> a >= b <= 3",
-        "f: a < b <= 3 -> a < b < 3", "f: a < b <= 3 -> a < b > 3",
+        "f: a < b <= 3 -> a <= b <= 3",
+        "f: a < b <= 3 -> a >= b <= 3",
+        "f: a < b <= 3 -> a < b < 3",
+        "f: a < b <= 3 -> a < b > 3",
         "f: a += 1 -> a -= 1",
-        "f: -a * b + (a == 1) -> -a * b - (a == 1)", "f: -a -> +a", "f: a == 1 -> a != 1",
-    ]  # fmt: skip
+        "f: -a * b + (a == 1) -> -a * b - (a == 1)",
+        "f: -a -> +a",
+        "f: a == 1 -> a != 1",
+    ]
     for flip in flips(source):
-        before, after = (flip.name.partition(": ")[2].split(" -> "))
+        before, after = flip.name.partition(": ")[2].split(" -> ")
         assert flip.source == ast.unparse(ast.parse(source)).replace(before, after)
 
 
@@ -78,17 +82,23 @@ def hang() -> str:
 
 
 def test_a_mutant_is_killed_an_equivalent_one_survives_and_one_that_hangs_ends(toy):
-    trials = [toy("as it is", TOY), *(toy(flip.name, flip.source) for flip in flips(TOY)),
-              Trial("hangs", hang, (), 1), toy("no python", "def"),
-              Trial("no tests", red, ("toy_of_mutation", TOY, ("tests/mutation/none.py",)), 60)]  # fmt: skip
+    trials = [
+        toy("as it is", TOY),
+        *(toy(flip.name, flip.source) for flip in flips(TOY)),
+        Trial("hangs", hang, (), 1),
+        toy("no python", "def"),
+        Trial("no tests", red, ("toy_of_mutation", TOY, ("tests/mutation/none.py",)), 60),
+    ]
     with Trials(2) as running:
         outcomes = list(running.run(trials))
     assert [(each.name, each.end) for each in outcomes] == [
         ("as it is", End.SURVIVED),
         ("larger: a > b -> a >= b", End.SURVIVED),  # the same for every a and b
         ("larger: a > b -> a <= b", End.KILLED),
-        ("hangs", End.TIMEOUT), ("no python", End.KILLED), ("no tests", End.BROKEN),
-    ]  # fmt: skip
+        ("hangs", End.TIMEOUT),
+        ("no python", End.KILLED),
+        ("no tests", End.BROKEN),
+    ]
     assert outcomes[2].by == "test_toy_of_mutation.py::test_larger"
 
 
@@ -101,15 +111,25 @@ def test_trials_that_are_left_end_with_what_still_runs():
 
 def test_a_survivor_a_killed_equivalent_a_red_control_and_a_broken_trial_are_faults(monkeypatch):
     monkeypatch.setattr(command, "EQUIVALENT", {"m same": "a reason"})
-    good = [Outcome("m a", End.KILLED, "t"), Outcome("m b", End.TIMEOUT, "9 s"), Outcome("m same", End.SURVIVED, ""),
-            Outcome("m as it is", End.SURVIVED, "")]  # fmt: skip
+    good = [
+        Outcome("m a", End.KILLED, "t"),
+        Outcome("m b", End.TIMEOUT, "9 s"),
+        Outcome("m same", End.SURVIVED, ""),
+        Outcome("m as it is", End.SURVIVED, ""),
+    ]
     assert list(command.faults(good)) == []
-    bad = [Outcome("m a", End.SURVIVED, ""), Outcome("m same", End.KILLED, "t"),
-           Outcome("m as it is", End.KILLED, "t"), Outcome("m b", End.BROKEN, "no")]  # fmt: skip
+    bad = [
+        Outcome("m a", End.SURVIVED, ""),
+        Outcome("m same", End.KILLED, "t"),
+        Outcome("m as it is", End.KILLED, "t"),
+        Outcome("m b", End.BROKEN, "no"),
+    ]
     assert list(command.faults(bad)) == [
-        "m a: no test notices", "m same: listed as equivalent, but killed: t",
-        "m as it is: not a mutant, but killed: t", "m b: no",
-    ]  # fmt: skip
+        "m a: no test notices",
+        "m same: listed as equivalent, but killed: t",
+        "m as it is: not a mutant, but killed: t",
+        "m b: no",
+    ]
 
 
 # -- the tables ----------------------------------------------------------------------------------------------------

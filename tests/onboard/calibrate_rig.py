@@ -46,7 +46,10 @@ class Yard(World):
         """What the ports hold."""
         pieces = self.lidar_says()
         return Inputs(
-            self.tick, now_ns, can_frames=tuple(self.frames()), can=self.can.status,
+            self.tick,
+            now_ns,
+            can_frames=tuple(self.frames()),
+            can=self.can.status,
             lidar_chunks=tuple(Chunk(at_ns, data) for at_ns, data in pieces or ()),
             lidar_state=PortState.CLOSED if pieces is None else PortState.OPEN,
         )

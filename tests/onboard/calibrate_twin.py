@@ -42,16 +42,21 @@ def drive(built, legs, gravity_mps2=9.81, lean_rad=(0.02, -0.03)):
     normal = mount.inv().apply([0.0, 0.0, 1.0])
     return Evidence(
         np.array([imu.inv().apply((ground * r).inv().apply([0, 0, gravity_mps2])) for _, r in stops]),
-        np.array([(imu.inv() * turn * imu).as_matrix() for turn in turns]), np.array(leg), np.array(rolled),
-        np.array(steer), np.array(yaws),
+        np.array([(imu.inv() * turn * imu).as_matrix() for turn in turns]),
+        np.array(leg),
+        np.array(rolled),
+        np.array(steer),
+        np.array(yaws),
         Pairs(
-            np.array([i for i, _ in pairs]), np.array([j for _, j in pairs]),
+            np.array([i for i, _ in pairs]),
+            np.array([j for _, j in pairs]),
             np.array([(eyes[i][1].inv() * eyes[j][1]).as_matrix() for i, j in pairs]),
             np.array([eyes[i][1].inv().apply(eyes[j][0] - eyes[i][0]) for i, j in pairs]),
             np.array([np.diag([1000.0] * 3 + [500.0] * 3)] * len(pairs)),
         ),
-        np.array([normal] * len(stops)), np.full(len(stops), built.lidar_z_m),
-    )  # fmt: skip
+        np.array([normal] * len(stops)),
+        np.full(len(stops), built.lidar_z_m),
+    )
 
 
 def _pose(at, facing, way, turn):

@@ -40,10 +40,9 @@ POSTS = ((5.0, 2.0), (4.0, -2.5), (-3.0, 2.5), (-4.0, -2.0), (1.0, 4.5), (0.5, -
 STATION = 3
 
 QUICK = config.Config(
-    scanning=config.Scanning(
-        start_rad=1.05, end_rad=-0.1, spacing_m=0.15, floor_rad=0.006, cap_rad=0.03, range_m=6.0
-    ),
-    mapping=config.Mapping_(size_m=14.0, near_m=3.0), lidar=config.Lidar(latency_ns=stamp_to_first_byte_ns(IDEAL)),
+    scanning=config.Scanning(start_rad=1.05, end_rad=-0.1, spacing_m=0.15, floor_rad=0.006, cap_rad=0.03, range_m=6.0),
+    mapping=config.Mapping_(size_m=14.0, near_m=3.0),
+    lidar=config.Lidar(latency_ns=stamp_to_first_byte_ns(IDEAL)),
     jobs=config.Jobs(map_ticks=5, plan_ticks=5),
 )
 
@@ -162,11 +161,18 @@ class CoreBench:
         self.tick += 1
         now_ns, was = self.now_ns, self.phase
         inputs = self.inputs = Inputs(
-            self.tick, now_ns, can_frames=(*self.wire.to_computer(self._frames, now_ns), *self.noise),
+            self.tick,
+            now_ns,
+            can_frames=(*self.wire.to_computer(self._frames, now_ns), *self.noise),
             can=self._can_status(),
-            lidar_chunks=tuple(self._bytes), lidar_state=PortState.OPEN if self._lidar_open else PortState.CLOSED,
-            link_messages=tuple(self._messages), jobs=self._done(), saved=self.saved,
-            health=self.health, timing=self.timing, machine=self.machine,
+            lidar_chunks=tuple(self._bytes),
+            lidar_state=PortState.OPEN if self._lidar_open else PortState.CLOSED,
+            link_messages=tuple(self._messages),
+            jobs=self._done(),
+            saved=self.saved,
+            health=self.health,
+            timing=self.timing,
+            machine=self.machine,
         )
         self.saved, self.noise, self._frames, self._bytes, self._messages = (), (), [], [], []
         outputs = self.outputs = tick(self.rover, inputs)
@@ -211,6 +217,7 @@ class CoreBench:
 
     def until_final(self, request_id, limit_s=120.0):
         """Runs until this request has ended; its last state."""
+
         def final():
             states = self.states(request_id)
             return bool(states) and State(states[-1]).final
@@ -266,13 +273,21 @@ class CoreBench:
         half = 0.5 * self.pose[2]
         (vx, vy, yaw), (ux, uy) = twist, self._speed
         self._speed = (vx, vy)
-        force = np.array([
-            (vx - ux) / DT_S - yaw * vy, (vy - uy) / DT_S + yaw * vx + GRAVITY_MPS2 * math.sin(self.tilt_rad),
-            GRAVITY_MPS2 * math.cos(self.tilt_rad),
-        ])
+        force = np.array(
+            [
+                (vx - ux) / DT_S - yaw * vy,
+                (vy - uy) / DT_S + yaw * vx + GRAVITY_MPS2 * math.sin(self.tilt_rad),
+                GRAVITY_MPS2 * math.cos(self.tilt_rad),
+            ]
+        )
         return PlantState(
-            now_ns, np.array([self.pose[0], self.pose[1], 0.0]), np.array([0.0, 0.0, math.sin(half), math.cos(half)]),
-            np.zeros(3), np.array([0.0, 0.0, twist.yaw_radps]), force, tuple(self._wheels),
+            now_ns,
+            np.array([self.pose[0], self.pose[1], 0.0]),
+            np.array([0.0, 0.0, math.sin(half), math.cos(half)]),
+            np.zeros(3),
+            np.array([0.0, 0.0, twist.yaw_radps]),
+            force,
+            tuple(self._wheels),
         )
 
     def _deliver(self, outputs, now_ns):
@@ -304,8 +319,16 @@ class CoreBench:
 def digest(outputs):
     """Of everything that a tick gave: bytes, orders for the shell, events, state."""
     jobs = [(job.job_id, job.name, job.due_tick) for job in outputs.jobs]
-    said = (outputs.can_frames, outputs.lidar_bytes, outputs.lidar_connect, outputs.link_payloads, jobs,
-            outputs.events, outputs.pose, outputs.state_digest)
+    said = (
+        outputs.can_frames,
+        outputs.lidar_bytes,
+        outputs.lidar_connect,
+        outputs.link_payloads,
+        jobs,
+        outputs.events,
+        outputs.pose,
+        outputs.state_digest,
+    )
     return hashlib.blake2b(repr(said).encode(), digest_size=8).digest()
 
 

@@ -83,6 +83,7 @@ def at_random(ratio, seed=1):
 
 def clumps(ratio, seed=1):
     """Beams lost in clumps of 3 to 30 of a line."""
+
     def lost(beams):
         rng, flat = np.random.default_rng(seed), np.zeros(beams.range_m.size, np.bool_)
         for start in rng.integers(0, flat.size, round(ratio * flat.size / 16.5)):
@@ -104,6 +105,7 @@ def dark(x_m, y_m, radius_m):
 
 def sun(pose, bearing_deg, half_deg=15.0):
     """A direction of the map, seen from a pose."""
+
     def lost(beams):
         off = beams.azimuth_rad + pose.yaw_rad - math.radians(bearing_deg)
         return np.abs((off + math.pi) % math.tau - math.pi) < math.radians(half_deg)

@@ -48,7 +48,8 @@ def of_everything(inputs):
     return replace(
         inputs,
         can=BusStatus(send_failures=n, error_frames=(n // 10,) * len(BusTrouble)),
-        lidar_chunks=(Chunk(inputs.now_ns - 3_000, b"SCIP? \n" * (n % 3)),), lidar_state=PortState.OPEN,
+        lidar_chunks=(Chunk(inputs.now_ns - 3_000, b"SCIP? \n" * (n % 3)),),
+        lidar_state=PortState.OPEN,
         link_messages=(LinkMessage(inputs.now_ns, False, "tag", 3, 1, b""),) if n % 7 == 0 else (),
         health=Health(1_000_000 + n, utc_ns=n),
         machine=Machine(0.5, 0.4, 9e7, 1e9, float(n), 1e10),
@@ -57,8 +58,16 @@ def of_everything(inputs):
     )
 
 
-def fly(path, *, ticks=TICKS, settings=None, change=lambda outputs: outputs, say=plain, disk=None,
-        look=lambda recorder: None):
+def fly(
+    path,
+    *,
+    ticks=TICKS,
+    settings=None,
+    change=lambda outputs: outputs,
+    say=plain,
+    disk=None,
+    look=lambda recorder: None,
+):
     """So many ticks of standing: the nodes' frames in, the core's orders back to them, all of it recorded.
 
     change: what is recorded of the outputs. say: adds to the inputs. disk: in place of the real one; its `at` is called

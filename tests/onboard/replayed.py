@@ -23,11 +23,23 @@ def asked() -> bytes:
     x, y = random.normal(size=(37, 1001)), np.sort(random.normal(size=1001))
     cells = random.integers(0, 50, 1001)
     made = [
-        x.sum(), x.sum(axis=0), x.sum(axis=1), x[:, ::3].mean(axis=1), x.mean(), np.cumsum(x, axis=1),
-        np.median(x, axis=1), np.percentile(x, (10, 90)), np.interp(x, y, x[0]), np.bincount(cells, y),
-        np.sqrt(np.abs(x)), np.round(x, 9), np.unwrap(4.0 * x), x.astype(np.float32).sum(axis=1),
-        np.arange(0.1, 50.0, 0.1), np.linspace(-1.0, 3.0, 701),
-    ]  # fmt: skip
+        x.sum(),
+        x.sum(axis=0),
+        x.sum(axis=1),
+        x[:, ::3].mean(axis=1),
+        x.mean(),
+        np.cumsum(x, axis=1),
+        np.median(x, axis=1),
+        np.percentile(x, (10, 90)),
+        np.interp(x, y, x[0]),
+        np.bincount(cells, y),
+        np.sqrt(np.abs(x)),
+        np.round(x, 9),
+        np.unwrap(4.0 * x),
+        x.astype(np.float32).sum(axis=1),
+        np.arange(0.1, 50.0, 0.1),
+        np.linspace(-1.0, 3.0, 701),
+    ]
     return b"".join(np.ascontiguousarray(part).tobytes() for part in made)
 
 
@@ -35,10 +47,15 @@ def not_asked() -> bytes:
     """What differs from one processor to the next: to see that a pretended one is another."""
     random = np.random.default_rng(2)
     x, a = random.uniform(-30.0, 30.0, 20_000), random.normal(size=(64, 64))
-    return b"".join([
-        np.array([f(v) for v in x.tolist() for f in (math.sin, math.exp)]).tobytes(),
-        (a @ a).tobytes(), np.linalg.inv(a).tobytes(), np.sin(x).tobytes(), np.exp(x.astype(np.float32)).tobytes(),
-    ])  # fmt: skip
+    return b"".join(
+        [
+            np.array([f(v) for v in x.tolist() for f in (math.sin, math.exp)]).tobytes(),
+            (a @ a).tobytes(),
+            np.linalg.inv(a).tobytes(),
+            np.sin(x).tobytes(),
+            np.exp(x.astype(np.float32)).tobytes(),
+        ]
+    )
 
 
 def told(path: Path) -> dict[str, object]:

@@ -52,8 +52,11 @@ def hills():
     rng = np.random.default_rng(2)
     waves = rng.normal(size=(4, 4, 2)) / (1 + np.arange(4)[:, None, None] + np.arange(4)[None, :, None])
     along, across = ROW / 40 * 2 * np.pi, COLUMN / 40 * 2 * np.pi
-    parts = [w[0] * np.cos(a * along + b * across) + w[1] * np.sin(a * along - b * across)
-             for a, row in enumerate(waves) for b, w in enumerate(row)]
+    parts = [
+        w[0] * np.cos(a * along + b * across) + w[1] * np.sin(a * along - b * across)
+        for a, row in enumerate(waves)
+        for b, w in enumerate(row)
+    ]
     return np.sum(parts, axis=0)
 
 

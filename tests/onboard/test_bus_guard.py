@@ -65,6 +65,7 @@ def resealed(frame, change):
 
 def only(name, change):
     """Spoils the frames of one name."""
+
     def spoil(frames, now_ns):
         return [new for old in frames for new in (change(old) if TABLE[old.can_id].name == name else [old])]
 
@@ -230,9 +231,12 @@ def test_an_order_of_motion_needs_a_beat_350_ms_old_at_most():
 def test_the_silence_that_is_told_counts_from_the_last_beat_and_the_last_enable():
     for late, offence, words in (
         ("DRIVE_ENABLE", Offence.ENABLE, "WHEEL_1_COMMAND orders motion, DRIVE_ENABLE is 0.36 s old"),
-        ("COMPUTER_HEARTBEAT", Offence.HEARTBEAT,
-         "WHEEL_1_COMMAND orders motion, the computer has not beaten for 0.36 s"),
-    ):  # fmt: skip
+        (
+            "COMPUTER_HEARTBEAT",
+            Offence.HEARTBEAT,
+            "WHEEL_1_COMMAND orders motion, the computer has not beaten for 0.36 s",
+        ),
+    ):
         master = Master()
         assert master.hears(200, *(master.says(200, name, *said) for name, said in SAYS.items())) is None
         other = next(name for name in SAYS if name != late)
@@ -278,8 +282,9 @@ def test_the_command_tells_what_it_watches_and_why_it_stops(as_json):
     text = f"WHEEL_3_COMMAND.steer_rad = 2.200, this rover has {Rover().steer_limit_rad:.3f}"
     if as_json:
         assert [json.loads(line) for line in told.stdout.splitlines()] == [
-            {"event": f"watching {uri}"}, {"event": "STOP", "offence": "RANGE", "can_id": 0x103, "text": text},
-        ]  # fmt: skip
+            {"event": f"watching {uri}"},
+            {"event": "STOP", "offence": "RANGE", "can_id": 0x103, "text": text},
+        ]
     else:
         assert told.stdout.splitlines() == [f"guard: watching {uri}", f"guard: STOP: RANGE: {text}"]
 
@@ -321,7 +326,8 @@ def test_on_a_bus_it_stops_a_master_without_heartbeat_and_ends_with_the_bus():
         return now
 
     guarding = threading.Thread(
-        target=watch, args=(port, BusGuard(Rover()), lambda *words: told.append(words), lambda: False),
+        target=watch,
+        args=(port, BusGuard(Rover()), lambda *words: told.append(words), lambda: False),
         kwargs={"now_ns": now_ns},
     )
     guarding.start()

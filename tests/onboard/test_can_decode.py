@@ -81,8 +81,12 @@ def test_a_good_frame_is_its_signals_with_units_and_as_many_decimals_as_the_wire
     )
     row = row_of(seen)
     assert (row["t_s"], row["node"], row["problems"]) == (1.5, "WHEEL_1", [])
-    assert row["values"] == {"steer_rad": pytest.approx(0.1234), "encoder_count": 17, "rate_radps": -1.5,
-                             "state": "RUNNING"}  # fmt: skip
+    assert row["values"] == {
+        "steer_rad": pytest.approx(0.1234),
+        "encoder_count": 17,
+        "rate_radps": -1.5,
+        "state": "RUNNING",
+    }
 
 
 @pytest.mark.parametrize(("frames", "problems"), [
@@ -125,10 +129,12 @@ def test_names_are_found_by_pattern_id_and_node_and_a_wrong_one_is_met_with_the_
 @pytest.fixture(scope="module")
 def messages():
     return [
-        can.Message(timestamp=100.0 + frame.stamp_ns / 1e9, arbitration_id=frame.can_id, data=frame.data,
-                    is_extended_id=False)
-        for _, frames in beats(30) for frame in frames
-    ]  # fmt: skip
+        can.Message(
+            timestamp=100.0 + frame.stamp_ns / 1e9, arbitration_id=frame.can_id, data=frame.data, is_extended_id=False
+        )
+        for _, frames in beats(30)
+        for frame in frames
+    ]
 
 
 @pytest.mark.parametrize(("suffix", "writer"), [(".log", CanutilsLogWriter), (".asc", ASCWriter), (".blf", BLFWriter)])
@@ -162,11 +168,20 @@ def test_a_bad_line_is_told_with_its_number_and_the_rest_goes_on(tmp_path):
 
 def test_errors_shows_bad_frames_only_and_a_table_of_them():
     damaged = bytes([wheel(2)[0] ^ 1]) + wheel(2)[1:]
-    text = log((0, 0x181, wheel(0)), (10, 0x181, wheel(1)), (20, 0x181, damaged), (30, 0x181, wheel(3)),
-               (40, 0x7FF, b"\1"), (40, 0x1D0, Sender().encode(0x1D0, 0, 0, 0, 0)))  # fmt: skip
+    text = log(
+        (0, 0x181, wheel(0)),
+        (10, 0x181, wheel(1)),
+        (20, 0x181, damaged),
+        (30, 0x181, wheel(3)),
+        (40, 0x7FF, b"\1"),
+        (40, 0x1D0, Sender().encode(0x1D0, 0, 0, 0, 0)),
+    )
     lines = run("-", "--errors", text=text).stdout.splitlines()
     assert [line.split()[1:3] for line in lines[:3]] == [
-        ["WHEEL_1_FEEDBACK", "!"], ["WHEEL_1_FEEDBACK", "!"], ["0x7ff", "!"]]  # fmt: skip
+        ["WHEEL_1_FEEDBACK", "!"],
+        ["WHEEL_1_FEEDBACK", "!"],
+        ["0x7ff", "!"],
+    ]
     assert "crc" in lines[0] and "lost" in lines[1]
     assert lines[3].split()[:7] == ["frame", "frames", "rate/s", "late", "lost", "repeated", "crc"]
     assert lines[4].split() == ["WHEEL_1_FEEDBACK", "4", "100.0", "1", "1"]
@@ -178,9 +193,13 @@ def test_errors_shows_bad_frames_only_and_a_table_of_them():
 def test_only_and_node_show_what_they_name():
     text = "".join(log(*((f.stamp_ns / MS, f.can_id, f.data) for f in frames)) for _, frames in beats(60))
     assert {line.split()[1] for line in run("-", "--only", "imu_*", text=text).stdout.splitlines()} == {
-        "IMU_GYRO", "IMU_ACCEL"}  # fmt: skip
+        "IMU_GYRO",
+        "IMU_ACCEL",
+    }
     assert {line.split()[1] for line in run("-", "--node", "POWER", text=text).stdout.splitlines()} == {
-        "POWER_STATUS", "NODE_HEARTBEAT_POWER"}  # fmt: skip
+        "POWER_STATUS",
+        "NODE_HEARTBEAT_POWER",
+    }
 
 
 @pytest.mark.parametrize(("words", "code", "told"), [
@@ -224,7 +243,9 @@ def test_many_bad_lines_are_counted_and_a_file_without_a_good_one_is_given_up_at
     got = run(str(path))
     assert got.exit_code == 0 and len(got.stdout.splitlines()) == 2
     assert got.stderr.splitlines()[19:] == [
-        f"onboard: {path}:21: no line of candump: 'noise'", f"onboard: {path}: 30 more lines are none of candump"]
+        f"onboard: {path}:21: no line of candump: 'noise'",
+        f"onboard: {path}: 30 more lines are none of candump",
+    ]
     path.write_text("noise\n" * 1000 + log((10, 0x181, wheel(1))))
     got = run(str(path))
     assert got.exit_code == 65 and got.stdout == "" and len(got.stderr.splitlines()) == 1

@@ -250,7 +250,7 @@ def test_jog_moves_the_wheel_and_tells_its_feedback(anywhere):
     got = anywhere.run("jog", "--wheel", "2", "--rate", "0.5", "--for", "1", "--yes", "--json")
     assert got.exit_code == 0, got.output
     rows = [json.loads(line) for line in got.stdout.splitlines()]
-    assert [row["phase"] for row in rows][::len(rows) - 1] == ["moving", "done"]
+    assert [row["phase"] for row in rows][:: len(rows) - 1] == ["moving", "done"]
     assert rows[-1]["WHEEL_2"]["turned_rad"] == pytest.approx(0.5, abs=0.03)
     assert anywhere.clock.heard[-1].can_id in (0x104, 0x300) and abs(rows[-1]["WHEEL_2"]["rate_radps"]) < 0.02
 
@@ -291,7 +291,8 @@ def test_a_refusal_is_one_line_and_exit_69(world):
     assert got.exit_code == 69
     assert got.stderr == (
         "onboard: refused, nothing was sent: IMU asserts an EMERGENCY_STOP (BUTTON): "
-        "find out why, then `onboard can reset`\n")
+        "find out why, then `onboard can reset`\n"
+    )
     assert world.clock.heard == []
 
 

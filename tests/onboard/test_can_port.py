@@ -109,9 +109,7 @@ def test_a_write_waits_for_nobody_and_never_loses_the_order(course):
         while piece := drained(far):
             heard += piece
             bus.write([])
-    assert heard.removeprefix(b"< echo >") == b"".join(
-        f"< send {f.can_id:03X} 1 {f.data[0]:x} >".encode() for f in put
-    )
+    assert heard.removeprefix(b"< echo >") == b"".join(f"< send {f.can_id:03X} 1 {f.data[0]:x} >".encode() for f in put)
     assert bus.sent == len(put) and bus.sent + failed == sum(size * 20 for size, _ in course)
 
 

@@ -84,7 +84,10 @@ def test_a_flight_computer_and_the_frames_that_it_owes_are_seen():
         survey.receive([*frames, *beat])
     report = survey.report(2.0, 0)
     assert next(node.beat for node in report.nodes if node.name == "COMPUTER") == {
-        "mode": 1, "beats": 7, "boot_count": 3}  # fmt: skip
+        "mode": 1,
+        "beats": 7,
+        "boot_count": 3,
+    }
     assert "TIME_SYNC is not heard, though COMPUTER is there: 10 a second are due" in report.findings
 
 
@@ -134,7 +137,8 @@ def test_watch_prints_the_newest_of_each_frame_once_a_second_where_there_is_no_t
     assert got.exit_code == 0, got.output
     lines = got.stdout.splitlines()
     assert [line.split()[:2] for line in lines] == [
-        [at, f"WHEEL_{n}_FEEDBACK"] for at in ("1.000000", "2.000000") for n in (1, 2, 3, 4)]  # fmt: skip
+        [at, f"WHEEL_{n}_FEEDBACK"] for at in ("1.000000", "2.000000") for n in (1, 2, 3, 4)
+    ]
     rows = [json.loads(line) for line in world.run("watch", "--seconds", "2", "--json").stdout.splitlines()]
     assert rows[-1]["frames"]["IMU_GYRO"]["rate_hz"] == pytest.approx(100.0)
     assert len(rows[-1]["frames"]) == sum(layout.sender in NEEDED and not layout.event for layout in FRAMES.values())

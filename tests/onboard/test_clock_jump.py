@@ -64,8 +64,19 @@ GENERATED = {"protocol/generated/eldorado_dialect.py"}  # of pymavlink; what ask
 
 
 def test_no_other_part_of_the_flight_program_asks_for_the_time_of_day():
-    asks = {"time.time", "time.time_ns", "time.localtime", "time.gmtime", "time.ctime", "time.strftime", "time.asctime",
-            "datetime.now", "datetime.utcnow", "datetime.today", "date.today"}  # fmt: skip
+    asks = {
+        "time.time",
+        "time.time_ns",
+        "time.localtime",
+        "time.gmtime",
+        "time.ctime",
+        "time.strftime",
+        "time.asctime",
+        "datetime.now",
+        "datetime.utcnow",
+        "datetime.today",
+        "date.today",
+    }
     found = set()
     for package in ("onboard", "protocol"):
         for path in (ROOT / package).rglob("*.py"):
@@ -92,9 +103,13 @@ def test_the_daemon_ticks_on_when_the_systems_clock_is_set_forward_and_back_by_t
     manager, offset = Manager(str(tmp_path / "notify")), tmp_path / "offset"
     offset.write_text("0")
     environment = {
-        **os.environ, "PYTHONPATH": str(ROOT), "LD_PRELOAD": str(shim), "CLOCK_SET_BY": str(offset),
-        "NOTIFY_SOCKET": str(tmp_path / "notify"), "WATCHDOG_USEC": "4000000",
-    }  # fmt: skip
+        **os.environ,
+        "PYTHONPATH": str(ROOT),
+        "LD_PRELOAD": str(shim),
+        "CLOCK_SET_BY": str(offset),
+        "NOTIFY_SOCKET": str(tmp_path / "notify"),
+        "WATCHDOG_USEC": "4000000",
+    }
     asked = [sys.executable, "-c", "import time; print(time.time())"]
     before_s = float(subprocess.run(asked, env=environment, capture_output=True, check=True).stdout)
     program = subprocess.Popen(command("run", **alone(tmp_path / "r.mcap")), cwd=ROOT, env=environment)

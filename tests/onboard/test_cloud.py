@@ -96,10 +96,11 @@ def test_cloud_agrees_with_the_slow_twin_within_float32():
     scans = [
         scan(
             np.abs(np.cumsum(rng.normal(0, 0.07, 1081)) + 3 + 3 * k + rng.choice([0, 0.6], 1081, p=(0.9, 0.1))),
-            rng.choice(4, 1081, p=(0.85, 0.07, 0.04, 0.04)), k * 25_000_000 - 10_000_000,
+            rng.choice(4, 1081, p=(0.85, 0.07, 0.04, 0.04)),
+            k * 25_000_000 - 10_000_000,
         )
         for k in range(4)
-    ]  # fmt: skip
+    ]
     times_ns = np.arange(0, 60_000_000, 5_000_000)
     tilt = TiltTrack(times_ns, np.radians(60 - 20e-9 * times_ns) + rng.normal(0, 5e-4, len(times_ns)))
     T = Pose(3.0, -2.0, 0.4, 0.1, -0.15, 2.0).matrix()

@@ -48,8 +48,13 @@ class World:
         n = np.where(fresh, 5, self.map.n).astype(np.int32)
         z = np.where(n > 0, self.truth, np.nan).astype(np.float32)
         self.map = replace(
-            self.map, n=n, sum_z=np.where(n > 0, n * self.truth, 0.0), sum_z2=np.where(n > 0, n * self.truth**2, 0.0),
-            z_hi=z, z_lo=z, view_m=np.where(n > 0, 1.0, np.inf).astype(np.float32),
+            self.map,
+            n=n,
+            sum_z=np.where(n > 0, n * self.truth, 0.0),
+            sum_z2=np.where(n > 0, n * self.truth**2, 0.0),
+            z_hi=z,
+            z_lo=z,
+            view_m=np.where(n > 0, 1.0, np.inf).astype(np.float32),
         )
 
     def window(self, pose):
@@ -57,7 +62,11 @@ class World:
 
     def true_freedom(self):
         surface = Surface(
-            self.map.grid, np.full(self.truth.shape, CellClass.HIT, np.uint8), self.truth, self.truth, self.truth,
+            self.map.grid,
+            np.full(self.truth.shape, CellClass.HIT, np.uint8),
+            self.truth,
+            self.truth,
+            self.truth,
             np.full(self.truth.shape, np.inf, np.float32),
         )
         return pose_freedom(surface, SETTINGS.rover, SETTINGS.planning)
@@ -172,9 +181,7 @@ def test_a_way_keeps_off_ground_that_no_beam_told_of():
     begin(world, Pose(0, 0))
     asked = request(world, Pose(0, 0), (3.0, 0.0))
     unseen = ((1.45, 0.45), (1.55, 0.45))
-    straight, round_it = (
-        cycle.plan(one).decision.path.stations for one in (asked, replace(asked, unseen_m=unseen))
-    )
+    straight, round_it = (cycle.plan(one).decision.path.stations for one in (asked, replace(asked, unseen_m=unseen)))
     beside = [stations[np.abs(stations[:, 0] - 1.5) < 0.4, 1].max() for stations in (straight, round_it)]
     assert beside[0] > -0.1 and beside[1] < beside[0] - 0.15
 
@@ -185,8 +192,10 @@ def test_a_way_between_two_stones_leaves_room_for_steered_tyres_where_there_is_r
     for stone in stones:
         world.truth[world.map.grid.cell(*stone)] = 0.09
     begin(world, Pose(0, 0))
-    lane = [Fence(str(side), KEEP_OUT, [(-2.0, side * 0.95), (5.0, side * 0.95), (5.0, side * 2.0), (-2.0, side * 2.0)])
-            for side in (-1, 1)]
+    lane = [
+        Fence(str(side), KEEP_OUT, [(-2.0, side * 0.95), (5.0, side * 0.95), (5.0, side * 2.0), (-2.0, side * 2.0)])
+        for side in (-1, 1)
+    ]
     decision = cycle.plan(replace(request(world, Pose(0, 0), (3.0, 0.0)), fences=tuple(lane))).decision
     assert decision.kind == "goal"
     assert min(tyres_off_m(decision.path.stations, stone) for stone in stones) >= least_m
@@ -251,8 +260,15 @@ def seen(boxes):
     """A world of which everything is known."""
     world = World(boxes)
     z, five = world.truth, np.full(world.truth.shape, 5, np.int32)
-    world.map = replace(ldem_module.empty(world.map.grid), n=five, sum_z=5.0 * z, sum_z2=5.0 * z**2, z_hi=z, z_lo=z,
-                        view_m=np.ones(z.shape, np.float32))  # fmt: skip
+    world.map = replace(
+        ldem_module.empty(world.map.grid),
+        n=five,
+        sum_z=5.0 * z,
+        sum_z2=5.0 * z**2,
+        z_hi=z,
+        z_lo=z,
+        view_m=np.ones(z.shape, np.float32),
+    )
     return world
 
 

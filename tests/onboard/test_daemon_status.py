@@ -216,10 +216,14 @@ def test_for_people_it_is_a_page_of_lines():
     step_measured(rover)
     page = "\n".join(lines(report(rover.rover, SHELL)))
     for words in (
-        "mode      STANDBY, phase NONE; faults: none", "1 h 2 min 6 s, wall clock, process 42", "run.mcap, 2.5 MB",
-        "NOT granted: Operation not permitted", "executive       100 Hz   2000 us  12000 us       1       0",
-        "by executive, 1", "jobs running: none",
-    ):  # fmt: skip
+        "mode      STANDBY, phase NONE; faults: none",
+        "1 h 2 min 6 s, wall clock, process 42",
+        "run.mcap, 2.5 MB",
+        "NOT granted: Operation not permitted",
+        "executive       100 Hz   2000 us  12000 us       1       0",
+        "by executive, 1",
+        "jobs running: none",
+    ):
         assert words in page, (words, page)
 
 
@@ -238,8 +242,10 @@ def test_without_a_daemon_the_command_says_what_to_do_and_exits_69(tmp_path):
 def test_the_daemon_answers_and_says_what_it_was_granted_and_takes_its_socket_away(tmp_path):
     path = tmp_path / "s"
     settings = alone(tmp_path / "onboard.mcap") | {
-        "status__socket": path, "realtime__absolute_sleep": "true", "realtime__collect_in_slack": "true",
-    }  # fmt: skip
+        "status__socket": path,
+        "realtime__absolute_sleep": "true",
+        "realtime__collect_in_slack": "true",
+    }
     with started("run", **settings) as program:
         said = [program.stderr.readline() for _ in range(3)]
         assert said[0].startswith("onboard: real time: absolute_sleep granted")

@@ -60,9 +60,14 @@ def test_a_dark_box_is_found_and_its_points_lie_on_it(away_m, bearing_deg):
 def test_a_box_that_returns_is_no_region_and_no_loss_is_none():
     assert len(found(nothing(BEAMS))) == 0
     seen = box(3.0, 0.0)
-    scans = [replace(scan, ranges_m=np.where(row, 2.6, scan.ranges_m).astype(np.float32),
-                     status=np.where(row, BeamStatus.OK, scan.status).astype(np.uint8))
-             for scan, row in zip(sweep(BEAMS, seen), seen)]
+    scans = [
+        replace(
+            scan,
+            ranges_m=np.where(row, 2.6, scan.ranges_m).astype(np.float32),
+            status=np.where(row, BeamStatus.OK, scan.status).astype(np.uint8),
+        )
+        for scan, row in zip(sweep(BEAMS, seen), seen)
+    ]
     assert len(dark_regions(scans, TRACK, CONFIG.rover, CONFIG.scanning)) == 0
 
 
@@ -100,8 +105,9 @@ def test_a_speck_of_dust_before_the_box_does_not_hide_it():
 
 
 def test_a_sweep_from_the_top_down_finds_the_same():
-    down = replace(CONFIG, scanning=replace(CONFIG.scanning, start_rad=CONFIG.scanning.end_rad,
-                                            end_rad=CONFIG.scanning.start_rad))
+    down = replace(
+        CONFIG, scanning=replace(CONFIG.scanning, start_rad=CONFIG.scanning.end_rad, end_rad=CONFIG.scanning.start_rad)
+    )
     tilt = track(down)
     beams = beams_from(config=down, tilt=tilt)
     points, usual = found(box(4.0, 0.5, beams=beams), beams, tilt, down), found(box(4.0, 0.5))

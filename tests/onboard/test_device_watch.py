@@ -110,8 +110,9 @@ def test_dust_over_a_field_that_ends_is_dirt_and_the_field_s_end_is_not():
 def test_what_the_scanner_sees_beside_the_sector_is_not_its_dirt():
     rng, watch = np.random.default_rng(9), ReturnWatch(Rover(), SECTOR_RAD)
     for _ in range(SCANS):
-        watch.update([scan(np.where(np.abs(np.arange(1081) - 540) > 262, rng.integers(0, 4, 1081), BeamStatus.OK))],
-                     DOWN_RAD)
+        watch.update(
+            [scan(np.where(np.abs(np.arange(1081) - 540) > 262, rng.integers(0, 4, 1081), BeamStatus.OK))], DOWN_RAD
+        )
     assert not watch.dirty and watch.torn_ratio == 0.0
 
 
@@ -230,8 +231,14 @@ def test_it_is_told_two_and_a_half_seconds_after_the_wheels_stand():
 
 def test_a_rest_after_a_way_that_slipped_has_no_word_and_the_next_one_has():
     watch, tick, counts = BiasWatch(), 0, []
-    for slips, standing, rate in ((False, True, 0.0), (True, False, 0.2), (False, False, 0.2), (False, True, 0.01),
-                                  (False, False, 0.2), (False, True, 0.01)):
+    for slips, standing, rate in (
+        (False, True, 0.0),
+        (True, False, 0.2),
+        (False, False, 0.2),
+        (False, True, 0.01),
+        (False, False, 0.2),
+        (False, True, 0.01),
+    ):
         for _ in range(300):
             tick += 1
             watch.update((0.0, 0.0, rate), standing, tick * TICK_NS, slips)

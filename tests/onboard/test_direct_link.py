@@ -116,7 +116,8 @@ def test_what_comes_without_a_key_gets_no_answer_no_place_and_is_counted_as_refu
         assert not here.rover.port._end.linked
         assert set(here.rover.core.refused) <= {"length", "tag"}
         assert [(event.name, event.text.split()[0]) for event in here.rover.core.notices] == [
-            ("LINK_REFUSED", "length")]
+            ("LINK_REFUSED", "length")
+        ]
 
 
 def test_hellos_that_were_recorded_give_nobody_else_a_place():

@@ -22,11 +22,23 @@ MS = 1_000_000
 S = 1000 * MS
 POSE = Pose(3.0, 4.0, 0.5, 0.01, -0.02, 0.3)
 VIEW = View(
-    mode=Mode.AUTONOMOUS, phase=Phase.DRIVING, estimate=Estimate(POSE, np.diag([0.01, 0.03, 0.0, 0.0004]), 0.11, 0.05),
-    goal_m=(6.0, 8.0), stop=3, wheels=tuple(WheelState(0.1 * n, 9.0, 0.5 * n, n, 0) for n in (1, 2, 3, 4)),
-    power=PowerState(25.25, 3.5, 0.87, 21.0, 0), fault_ids=(0, 5, 63), lidar_good=1000, lidar_bad=2,
-    lidar_clock=ClockQuality(-5_009_990_280, -81.5, 4962.2, 400, 1, 2), tick_worst_ms=4.5,
-    link_received=17, link_refused=1, events_waiting=2, job="map", job_ratio=0.25,
+    mode=Mode.AUTONOMOUS,
+    phase=Phase.DRIVING,
+    estimate=Estimate(POSE, np.diag([0.01, 0.03, 0.0, 0.0004]), 0.11, 0.05),
+    goal_m=(6.0, 8.0),
+    stop=3,
+    wheels=tuple(WheelState(0.1 * n, 9.0, 0.5 * n, n, 0) for n in (1, 2, 3, 4)),
+    power=PowerState(25.25, 3.5, 0.87, 21.0, 0),
+    fault_ids=(0, 5, 63),
+    lidar_good=1000,
+    lidar_bad=2,
+    lidar_clock=ClockQuality(-5_009_990_280, -81.5, 4962.2, 400, 1, 2),
+    tick_worst_ms=4.5,
+    link_received=17,
+    link_refused=1,
+    events_waiting=2,
+    job="map",
+    job_ratio=0.25,
 )
 
 
@@ -71,11 +83,14 @@ def test_an_order_comes_out_once_however_often_its_telecommand_arrives():
     assert reports(made.send(1 * S))[-1][3:] == (State.STARTED, 0, "scanning", (12.5,))
 
 
-@pytest.mark.parametrize(("message", "mode", "words"), [
-    (uplink("goto", {"x_m": 1.0, "y_m": 1.0}), Mode.SAFE, "goto is refused in SAFE: it needs STANDBY"),
-    (uplink("resume"), Mode.STANDBY, "resume is refused in STANDBY: it needs SAFE"),
-    (uplink("stop", expiry_ns=1 * S), Mode.STANDBY, "stop arrived 1.0 s after its expiry"),
-])
+@pytest.mark.parametrize(
+    ("message", "mode", "words"),
+    [
+        (uplink("goto", {"x_m": 1.0, "y_m": 1.0}), Mode.SAFE, "goto is refused in SAFE: it needs STANDBY"),
+        (uplink("resume"), Mode.STANDBY, "resume is refused in STANDBY: it needs SAFE"),
+        (uplink("stop", expiry_ns=1 * S), Mode.STANDBY, "stop arrived 1.0 s after its expiry"),
+    ],
+)
 def test_what_may_not_be_done_is_reported_with_the_reason(message, mode, words):
     made = downlink(view=View(mode=mode))
     assert made.receive([message], 2 * S) == []
@@ -111,8 +126,7 @@ def test_mavlink_clients_read_position_north_and_down_and_heading_from_north():
 def test_a_view_without_any_source_is_telemetry_all_the_same():
     made = Downlink(Link())
     made.sample(View(), 0)
-    assert {m.get_type() for m in decode(made.send(0))} == {
-        "HEARTBEAT", "ROVER_STATE", "WHEELS", "ITEMS", "LINK_STATE"}
+    assert {m.get_type() for m in decode(made.send(0))} == {"HEARTBEAT", "ROVER_STATE", "WHEELS", "ITEMS", "LINK_STATE"}
 
 
 @pytest.mark.parametrize("rate_bps", [16e3, 64e3, 256e3])
@@ -136,8 +150,16 @@ def test_reports_go_before_housekeeping_and_that_before_events_and_bulk():
     made.offer("ldem", bytes(1000), "ldem-1")
     made.event(Event(0, "info", "NOTE", "hello"))
     sent = run(made, 2 * S)
-    names = ["REPORT" if k == Kind.REPORT else "BULK" if k == Kind.BULK_CHUNK else
-             "EVENT" if any(m.get_type() == "EVENT" for m in decode([(k, p)])) else "STATE" for _, k, p in sent]
+    names = [
+        "REPORT"
+        if k == Kind.REPORT
+        else "BULK"
+        if k == Kind.BULK_CHUNK
+        else "EVENT"
+        if any(m.get_type() == "EVENT" for m in decode([(k, p)]))
+        else "STATE"
+        for _, k, p in sent
+    ]
     order = list(dict.fromkeys(names))
     assert order == ["REPORT", "STATE", "EVENT", "BULK"]
 

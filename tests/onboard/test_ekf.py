@@ -21,13 +21,17 @@ def test_the_filter_is_loaded_without_the_rest_of_filterpy_and_without_scipy_sta
 
 
 def test_the_whole_package_can_be_loaded_afterwards():
-    assert run("import onboard.perception.ekf, filterpy.stats, filterpy.kalman; print(filterpy.stats.gaussian(0, 0, 1) "
-               "> 0.3, filterpy.kalman.KalmanFilter(2, 1).x.shape)") == ["True", "(2,", "1)"]  # fmt: skip
+    assert run(
+        "import onboard.perception.ekf, filterpy.stats, filterpy.kalman; print(filterpy.stats.gaussian(0, 0, 1) "
+        "> 0.3, filterpy.kalman.KalmanFilter(2, 1).x.shape)"
+    ) == ["True", "(2,", "1)"]
 
 
 def test_its_likelihood_still_finds_the_density_of_the_whole_package():
-    assert run("import numpy as np; from onboard.perception.ekf import ExtendedKalmanFilter as F; f = F(1, 1); "
-               "f.update(np.array([[1.0]]), lambda x: np.eye(1), lambda x: x); print(f.log_likelihood < 0)") == ["True"]
+    assert run(
+        "import numpy as np; from onboard.perception.ekf import ExtendedKalmanFilter as F; f = F(1, 1); "
+        "f.update(np.array([[1.0]]), lambda x: np.eye(1), lambda x: x); print(f.log_likelihood < 0)"
+    ) == ["True"]
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])

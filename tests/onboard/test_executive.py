@@ -260,7 +260,10 @@ def test_a_goto_is_answered_with_the_way_that_the_ground_finds_on_the_map_it_was
     rover.run(0.3)
     seen = predict(decode_ldem(data), poses_of(data), (3.0, 0.5), None, rover.rover.config)
     assert {key: way[key] for key in ("station", "request_id", "kind")} == {
-        "station": STATION, "request_id": request, "kind": "goal"}  # fmt: skip
+        "station": STATION,
+        "request_id": request,
+        "kind": "goal",
+    }
     assert way == json.loads(seen.to_json(station=STATION, request_id=request))
     assert way["length_m"] == pytest.approx(math.dist(rover.pose[:2], (3.0, 0.5)), abs=0.4)
     assert way["path"][-1][:2] == [3.0, 0.5]
@@ -277,9 +280,17 @@ def test_a_goto_into_the_unknown_is_answered_when_the_first_scans_are_in_the_map
 
 def test_the_way_of_a_goal_that_cannot_be_reached_says_so(known):
     rover = bench(known)
-    walls = [(f"w{n}", corners) for n, corners in enumerate((
-        (1.2, -0.8, 1.4, -0.8, 1.4, 0.8, 1.2, 0.8), (1.2, 0.6, 2.8, 0.6, 2.8, 0.8, 1.2, 0.8),
-        (2.6, -0.8, 2.8, -0.8, 2.8, 0.8, 2.6, 0.8), (1.2, -0.8, 2.8, -0.8, 2.8, -0.6, 1.2, -0.6)))]
+    walls = [
+        (f"w{n}", corners)
+        for n, corners in enumerate(
+            (
+                (1.2, -0.8, 1.4, -0.8, 1.4, 0.8, 1.2, 0.8),
+                (1.2, 0.6, 2.8, 0.6, 2.8, 0.8, 1.2, 0.8),
+                (2.6, -0.8, 2.8, -0.8, 2.8, 0.8, 2.6, 0.8),
+                (1.2, -0.8, 2.8, -0.8, 2.8, -0.6, 1.2, -0.6),
+            )
+        )
+    ]
     for name, corners in walls:
         rover.order("fence_add", fence=name, kind="keep_out", corners_m=corners)
     rover.run(0.1)

@@ -37,9 +37,16 @@ def body(pose, step=0.02):
 # -- geometry --------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("point", "distance_m"), [
-    ((3.0, 2.0), 0.0), ((2.0, 1.0), 0.0), ((1.0, 2.0), 1.0), ((5.0, 4.0), math.sqrt(2)), ((3.0, 0.5), 0.5),
-])
+@pytest.mark.parametrize(
+    ("point", "distance_m"),
+    [
+        ((3.0, 2.0), 0.0),
+        ((2.0, 1.0), 0.0),
+        ((1.0, 2.0), 1.0),
+        ((5.0, 4.0), math.sqrt(2)),
+        ((3.0, 0.5), 0.5),
+    ],
+)
 def test_the_distance_to_a_square_worked_by_hand(point, distance_m):
     assert SQUARE.distance_m(point) == pytest.approx(distance_m)
 

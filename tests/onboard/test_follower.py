@@ -137,9 +137,14 @@ def test_pure_pursuit_turns_to_a_way_that_the_others_crab(name):
 def test_way_beside_rocks_and_uphill_is_driven_slower():
     track = path((0, 0, 0), (3, 0, 0))
     beside = Path(track.stations, np.zeros(len(track.stations)))
-    speeds = [Follower(ROVER, MOTION).twist(p, pose, 0).vx_mps for p, pose in (
-        (track, Pose(1.0, 0.0)), (beside, Pose(1.0, 0.0)), (track, Pose(1.0, 0.0, pitch_rad=-20 * DEG)),
-    )]  # fmt: skip
+    speeds = [
+        Follower(ROVER, MOTION).twist(p, pose, 0).vx_mps
+        for p, pose in (
+            (track, Pose(1.0, 0.0)),
+            (beside, Pose(1.0, 0.0)),
+            (track, Pose(1.0, 0.0, pitch_rad=-20 * DEG)),
+        )
+    ]
     assert speeds == pytest.approx([0.11, 0.066, 0.066])
 
 

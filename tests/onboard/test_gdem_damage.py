@@ -100,8 +100,10 @@ def test_a_sound_map_comes_back_as_it_was_and_in_other_kinds_of_numbers():
 
 def bomb(path):
     """3 GB of zeros in 3 MB, as the heights."""
-    with (zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as made,
-          made.open("heights_m.npy", "w", force_zip64=True) as file):
+    with (
+        zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as made,
+        made.open("heights_m.npy", "w", force_zip64=True) as file,
+    ):
         file.write(header((28_000, 28_000)))
         for _ in range(3000):
             file.write(bytes(1 << 20))
@@ -191,5 +193,3 @@ def test_no_start_mends_a_damaged_map_so_the_service_is_not_started_anew():
     unit = (Path(__file__).parents[2] / "tools/service/el-dorado.service").read_text()
     row = next(line for line in unit.splitlines() if line.startswith("RestartPreventExitStatus="))
     assert "65" in row.split("=")[1].split()
-
-

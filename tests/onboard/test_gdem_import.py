@@ -19,6 +19,7 @@ from onboard.bringup.maps import gdem_resample
 
 MOON_M = 1_737_400.0
 
+
 @pytest.fixture(scope="module")
 def sample():
     return measured()

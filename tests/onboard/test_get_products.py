@@ -149,8 +149,14 @@ class Recorded:
             for number in range(1, ticks + 1):
                 now_ns = number * TICK_NS
                 nodes.step(now_ns, standing(now_ns))
-                inputs = Inputs(number, now_ns, can_frames=tuple(nodes.send()), record=recorder.status,
-                                link_messages=self._message(number), jobs=jobs.take(jobs.due(number)))
+                inputs = Inputs(
+                    number,
+                    now_ns,
+                    can_frames=tuple(nodes.send()),
+                    record=recorder.status,
+                    link_messages=self._message(number),
+                    jobs=jobs.take(jobs.due(number)),
+                )
                 outputs = tick(rover, inputs)
                 jobs.start(outputs.jobs, outputs.cancelled)
                 for frame in outputs.can_frames:

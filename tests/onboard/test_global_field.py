@@ -111,9 +111,7 @@ def test_edges_as_dear_as_thousands_of_buckets_change_nothing(
     gdem = rough_map(seed, shape)
     dear = Planning(weight_roughness=100.0, weight_roll=100.0, weight_length=weight_length)
     goal_m = gdem.grid.centre(shape[0] // 2, shape[1] // 2)
-    np.testing.assert_allclose(
-        global_path.solve(gdem, goal_m, dear).cost_m, by_heap(gdem, goal_m, dear), rtol=1e-6
-    )
+    np.testing.assert_allclose(global_path.solve(gdem, goal_m, dear).cost_m, by_heap(gdem, goal_m, dear), rtol=1e-6)
 
 
 def test_a_way_that_winds_through_the_whole_map_is_exact() -> None:
@@ -158,9 +156,7 @@ def test_every_variant_gives_the_bits_of_the_baseline(
         ground = global_path.layers(gdem)
         field = solved(gdem, (shape[0] // 2, shape[1] // 2))
         edges = global_path.edge_costs(gdem, PLANNING)
-        made.append(
-            [a.tobytes() for a in (ground.roughness_m, ground.slope_x, edges, field.cost_m, field.next_node)]
-        )
+        made.append([a.tobytes() for a in (ground.roughness_m, ground.slope_x, edges, field.cost_m, field.next_node)])
     assert made[0] == made[1]
 
 

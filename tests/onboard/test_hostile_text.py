@@ -61,7 +61,7 @@ def test_a_key_with_control_characters_is_one_visible_line(tmp_path, capsys):
 
 
 def test_a_text_with_control_characters_is_printed_as_toml_that_reads_back(tmp_path):
-    config = load(None, {"record.path": "a\x1b[2J\n\t\x7f\"\\b\u202e"})
+    config = load(None, {"record.path": 'a\x1b[2J\n\t\x7f"\\b\u202e'})
     (tmp_path / "rover.toml").write_text(text := to_toml(config))
     assert all(c.isprintable() or c == "\n" for c in text)
     assert load(tmp_path / "rover.toml") == config

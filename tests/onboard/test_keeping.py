@@ -148,6 +148,7 @@ def test_on_a_disk_that_is_full_or_read_only_parameters_pose_and_map_are_not_kep
     tmp_path, monkeypatch, number
 ):
     """Every call that changes the disk fails as the kernel has it fail; root may write to read-only folders."""
+
     def fails(*_, **__):
         raise OSError(number, os.strerror(number))
 

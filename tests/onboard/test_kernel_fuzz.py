@@ -17,8 +17,11 @@ from tests.fuzz.rows import ROWS, Row, arrays, together
 
 
 def test_every_door_to_the_kernels_has_a_row() -> None:
-    modules = [importlib.import_module(f"onboard.native.{m.name}") for m in pkgutil.iter_modules(native.__path__)
-               if not m.name.startswith("_")]  # fmt: skip
+    modules = [
+        importlib.import_module(f"onboard.native.{m.name}")
+        for m in pkgutil.iter_modules(native.__path__)
+        if not m.name.startswith("_")
+    ]
     doors = {m.__name__ for m in modules if hasattr(m, "kernels")} - {"onboard.native.variant"}
     assert doors == {door.__name__ for row in ROWS.values() for door in row.doors}
 

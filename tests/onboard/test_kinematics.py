@@ -163,9 +163,17 @@ def test_a_wheel_below_1_mm_per_s_keeps_its_last_angle():
     assert [o.rate_radps for o in orders] == [0.0] * 4
 
 
-@pytest.mark.parametrize(("error_deg", "held_before", "held_after"),
-                         [(14.9, False, False), (15.1, False, True), (14.9, True, True), (5.1, True, True),
-                          (4.9, True, False), (4.9, False, False)])
+@pytest.mark.parametrize(
+    ("error_deg", "held_before", "held_after"),
+    [
+        (14.9, False, False),
+        (15.1, False, True),
+        (14.9, True, True),
+        (5.1, True, True),
+        (4.9, True, False),
+        (4.9, False, False),
+    ],
+)
 def test_drive_is_held_above_15_degrees_and_released_below_5(error_deg, held_before, held_after):
     measured = at(0.0, 0.0, error_deg * DEG, 0.0)
     orders, held = wheel_commands(Twist(0.11, 0.0, 0.0), measured, ZERO, ROVER, MOTION, held_before)

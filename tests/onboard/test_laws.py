@@ -69,8 +69,9 @@ def rolled(track, wheel, pose, seconds):
         slip = float(np.dot(constraint(*wheel), (vx, vy, rate)))
         rows.append((left, slip, error))
         middle = yaw + 0.025 * rate
-        x, y = x + 0.05 * (vx * math.cos(middle) - vy * math.sin(middle)), y + 0.05 * (
-            vx * math.sin(middle) + vy * math.cos(middle)
+        x, y = (
+            x + 0.05 * (vx * math.cos(middle) - vy * math.sin(middle)),
+            y + 0.05 * (vx * math.sin(middle) + vy * math.cos(middle)),
         )
         yaw += 0.05 * rate
     return np.array(rows)

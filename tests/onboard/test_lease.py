@@ -119,8 +119,10 @@ def test_who_waits_may_leave_the_line_and_who_does_neither_is_refused(bed):
         bed.do("lease_ask", station)
     bed.do("lease_release", 3)
     assert bed.lease.holder == 1
-    assert bed.reports[-2:] == [(3, State.CANCELLED, "no longer asked for", ()),
-                                (3, State.COMPLETED, "no longer asked for", ())]
+    assert bed.reports[-2:] == [
+        (3, State.CANCELLED, "no longer asked for", ()),
+        (3, State.COMPLETED, "no longer asked for", ()),
+    ]
     with pytest.raises(RefusedError, match="station 3 does not hold the lease"):
         bed.do("lease_release", 3)
     bed.do("lease_release", 1)

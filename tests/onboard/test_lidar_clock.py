@@ -34,8 +34,11 @@ class Sensor:
 
     def late_ns(self):
         rng = self.rng
-        late = {"half-normal": lambda: abs(rng.standard_normal()) * 0.4e6, "exponential": lambda: rng.exponential(2e6),
-                "uniform": lambda: rng.random() * 10e6}[self.jitter]()  # fmt: skip
+        late = {
+            "half-normal": lambda: abs(rng.standard_normal()) * 0.4e6,
+            "exponential": lambda: rng.exponential(2e6),
+            "uniform": lambda: rng.random() * 10e6,
+        }[self.jitter]()
         return LATENCY_NS + late + (self.rng.random() < 0.02) * self.rng.exponential(20e6)
 
     def next(self):

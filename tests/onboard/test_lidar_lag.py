@@ -139,8 +139,17 @@ def test_the_command_finds_it_live_on_the_emulated_scanner_and_axis(tmp_path, mo
     own_ns = stamp_to_first_byte_ns(REAL)
     try:
         with handlers_kept():
-            result = onboard("tcp:127.0.0.1:1", "--bus", end.uri, "--yes", "--record", record, "--json",
-                             "-s", f"lidar.latency_ns={own_ns - LATE_NS}")  # fmt: skip
+            result = onboard(
+                "tcp:127.0.0.1:1",
+                "--bus",
+                end.uri,
+                "--yes",
+                "--record",
+                record,
+                "--json",
+                "-s",
+                f"lidar.latency_ns={own_ns - LATE_NS}",
+            )
     finally:
         world.free()
         end.close()
@@ -214,5 +223,3 @@ def test_the_default_latency_is_that_of_the_logged_utm_30lx_and_the_bench_sets_t
     assert "lidar.latency_ns" not in flight_settings(Scenario(), Pose(0.0, 0.0))
     assert measured_latency(REAL) == {}
     assert measured_latency(replace(IDEAL, turn_ns=25.05e6)) == {"lidar.latency_ns": 19_787_500}
-
-

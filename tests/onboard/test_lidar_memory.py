@@ -28,8 +28,13 @@ def stream_of(values):
 
 def streaming():
     session = LidarSession(LidarConfig())
-    answers = {b"QT\n": b"QT\n00P\n\n", b"VV\n": VV, b"PP\n": PP, b"II\n": II,
-               b"MD0000108001000\n": b"MD0000108001000\n00P\n\n"}  # fmt: skip
+    answers = {
+        b"QT\n": b"QT\n00P\n\n",
+        b"VV\n": VV,
+        b"PP\n": PP,
+        b"II\n": II,
+        b"MD0000108001000\n": b"MD0000108001000\n00P\n\n",
+    }
     session.stream(True)
     down = b""
     for tick in range(12):

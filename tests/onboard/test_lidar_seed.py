@@ -128,8 +128,15 @@ def test_sensor_that_refuses_time_adjustment_streams_without_a_seed(status):
 
 
 def test_sensor_that_refuses_the_time_alone_is_led_out_of_time_adjustment():
-    rig = Script({b"TM0": scip.reply(b"TM0", "00"), b"TM1": scip.reply(b"TM1", "0A"), b"TM2": scip.reply(b"TM2", "00"),
-                  MD: scip.reply(MD, "00")}, time_seed=True)  # fmt: skip
+    rig = Script(
+        {
+            b"TM0": scip.reply(b"TM0", "00"),
+            b"TM1": scip.reply(b"TM1", "0A"),
+            b"TM2": scip.reply(b"TM2", "00"),
+            MD: scip.reply(MD, "00"),
+        },
+        time_seed=True,
+    )
     session = streams(rig)
     assert rig.asked[-4:] == [b"TM0", b"TM1", b"TM2", MD] and session.info["TM"].startswith("0A: ")
 
@@ -154,8 +161,15 @@ def test_sensor_that_still_boots_streams_without_a_seed_when_it_may():
 
 def test_damaged_time_is_not_asked_again_and_what_was_taken_holds():
     stamp = scip.reply(b"TM1", "00", scip.stamp_line(1234))
-    rig = Script({b"TM0": scip.reply(b"TM0", "00"), b"TM1": [stamp, stamp, flipped(stamp, 9)],
-                  b"TM2": scip.reply(b"TM2", "00"), MD: scip.reply(MD, "00")}, time_seed=True)  # fmt: skip
+    rig = Script(
+        {
+            b"TM0": scip.reply(b"TM0", "00"),
+            b"TM1": [stamp, stamp, flipped(stamp, 9)],
+            b"TM2": scip.reply(b"TM2", "00"),
+            MD: scip.reply(MD, "00"),
+        },
+        time_seed=True,
+    )
     session = streams(rig)
     assert rig.asked[-6:] == [b"TM0", b"TM1", b"TM1", b"TM1", b"TM2", MD]
     assert session.info["TM"] == "damaged after 2 exchanges" and session.bad == 1

@@ -66,10 +66,17 @@ def test_a_damaged_text_is_asked_for_again_at_once():
 
 
 def test_a_wrong_model_is_told_and_never_asked_to_measure():
-    rig = Script({b"PP": PP.replace(b"MODL:UTM-30LX(Hokuyo Automatic Co.,Ltd.);U",
-                                    scip.text_line("MODL", "URG-04LX(Hokuyo Automatic Co.,Ltd.)")[:-1]),
-                  b"VV": VV.replace(b"PROD:SOKUIKI Sensor TOP-URG UTM-30LX;P",
-                                    scip.text_line("PROD", "SOKUIKI Sensor URG-04LX")[:-1])})  # fmt: skip
+    rig = Script(
+        {
+            b"PP": PP.replace(
+                b"MODL:UTM-30LX(Hokuyo Automatic Co.,Ltd.);U",
+                scip.text_line("MODL", "URG-04LX(Hokuyo Automatic Co.,Ltd.)")[:-1],
+            ),
+            b"VV": VV.replace(
+                b"PROD:SOKUIKI Sensor TOP-URG UTM-30LX;P", scip.text_line("PROD", "SOKUIKI Sensor URG-04LX")[:-1]
+            ),
+        }
+    )
     rig.session.stream(True)
     rig.run(100)
     assert "URG-04LX" in rig.session.complaint and "lidar.model = 'UTM-30LX'" in rig.session.complaint
@@ -133,8 +140,15 @@ def test_the_usb_limit_of_intensity_yields_to_what_respects_or_overrules_it(conf
 
 
 def test_intensity_by_ethernet_is_not_limited():
-    rig = Script({b"II": II.replace(b"SBPS:USB Full Speed;" + scip.checksum(b"SBPS:USB Full Speed") + b"\n",
-                                    scip.text_line("SBPS", "Ethernet 100 [Mbps]"))}, command="ME")  # fmt: skip
+    rig = Script(
+        {
+            b"II": II.replace(
+                b"SBPS:USB Full Speed;" + scip.checksum(b"SBPS:USB Full Speed") + b"\n",
+                scip.text_line("SBPS", "Ethernet 100 [Mbps]"),
+            )
+        },
+        command="ME",
+    )
     assert rig.run(30, lambda: rig.session.ready)
     assert rig.session.request.cluster == 1
 
@@ -327,8 +341,9 @@ def test_a_stream_is_never_asked_for_its_state():
 
 
 def test_an_idle_sensor_tells_its_state_every_few_seconds_and_trouble_is_counted():
-    trouble = II.replace(scip.text_line("STAT", "Sensor works well."),
-                         scip.text_line("STAT", "Trouble!! Error No. =[00->33]"))  # fmt: skip
+    trouble = II.replace(
+        scip.text_line("STAT", "Sensor works well."), scip.text_line("STAT", "Trouble!! Error No. =[00->33]")
+    )
     rig = Script({b"II": [II, II, trouble]}, health_ns=1_000_000_000)
     rig.run(450)
     assert rig.asked.count(b"II") == 2 + 2 * 4 and rig.session.counts["unhealthy"] == 4
@@ -342,7 +357,12 @@ def test_scans_of_errors_alone_are_counted():
     rig.run(1)
     assert rig.session.counts["all_error"] == 2  # a code 1 is no error: nothing was in range
     assert [int(scan.status[0]) for scan in rig.scans] == [
-        BeamStatus.OK, BeamStatus.ERROR, BeamStatus.INTERFERENCE, BeamStatus.NO_RETURN, BeamStatus.OK]  # fmt: skip
+        BeamStatus.OK,
+        BeamStatus.ERROR,
+        BeamStatus.INTERFERENCE,
+        BeamStatus.NO_RETURN,
+        BeamStatus.OK,
+    ]
 
 
 def test_a_hardware_status_in_the_stream_is_told():
@@ -385,8 +405,15 @@ def test_a_laser_that_is_still_on_is_stopped_again():
 
 def test_a_sensor_is_ready_in_every_phase_but_those_of_connecting():
     assert [p for p in Phase if p not in CONNECTING] == [
-        Phase.QUIET, Phase.HEALTH, Phase.LASER, Phase.STREAM, Phase.SUSPECT, Phase.STOP, Phase.DARK,
-        *sorted(SEEDING)]  # fmt: skip
+        Phase.QUIET,
+        Phase.HEALTH,
+        Phase.LASER,
+        Phase.STREAM,
+        Phase.SUSPECT,
+        Phase.STOP,
+        Phase.DARK,
+        *sorted(SEEDING),
+    ]
 
 
 def test_pause_between_two_streams_is_no_gap():

@@ -43,9 +43,14 @@ def fly(profile, latency_ns, seconds):
 @pytest.mark.parametrize("turn_ns", [25.05e6, 25.0e6])
 def test_clock_error_is_0_05_ms_rms_and_under_0_25_ms_at_99_percent_with_the_ports_stamps(turn_ns):
     profile = profiles.Profile(
-        rate_error=80e-6, start_ms=321.5, turn_ns=turn_ns, latency_ns=3_200_000, jitter_ns=0.4e6, spike_ratio=0.02,
+        rate_error=80e-6,
+        start_ms=321.5,
+        turn_ns=turn_ns,
+        latency_ns=3_200_000,
+        jitter_ns=0.4e6,
+        spike_ratio=0.02,
         spike_ns=20e6,
-    )  # fmt: skip
+    )
     scans = fly(profile, round(turn_ns * 0.75 + 3_200_000), seconds=120)
     assert len(scans) > 0.98 * 120e9 / turn_ns
     true_turn_ns = turn_ns / (1 + 80e-6)
@@ -78,8 +83,9 @@ def test_bytes_between_two_ticks_are_stamped_when_they_come_and_taken_in_order_a
 def test_frames_that_came_while_the_program_opened_are_not_the_first_ticks():
     old, new = Frame(1, b"", stamp_ns=1), Frame(2, b"", stamp_ns=9_000_000)
     queue = [[old] * 2000, [new]]
-    can = SimpleNamespace(state=PortState.OPEN, status=BusStatus(), read=lambda _: queue.pop(0),
-                          forget=lambda: queue.pop(0))
+    can = SimpleNamespace(
+        state=PortState.OPEN, status=BusStatus(), read=lambda _: queue.pop(0), forget=lambda: queue.pop(0)
+    )
     quiet = SimpleNamespace(state=PortState.OPEN, status=BusStatus(), read=lambda _: (), fileno=lambda: -1)
     clock = SimpleNamespace(now_ns=lambda: 10_000_000, slipped_ticks=0)
     ports = WallPorts(can, quiet, quiet, clock, Probe(()))

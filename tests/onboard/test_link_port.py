@@ -62,7 +62,9 @@ def test_what_leaves_is_sealed_with_the_rovers_key_and_counted():
         assert port.sent == 2
         opener = Opener(KEYS.downlink)
         assert [(o.kind, o.payload) for o in map(opener.open, far.take(2))] == [
-            (Kind.REPORT, b"first"), (Kind.MAVLINK, b"second")]
+            (Kind.REPORT, b"first"),
+            (Kind.MAVLINK, b"second"),
+        ]
         assert opener.boot_id == 3
 
 
@@ -74,7 +76,8 @@ def test_lock_step_takes_exactly_what_is_counted_with_the_barriers_stamps():
         first = port.read_upto(2, (10, 20))
         rest = port.read_upto(5, (30, 40, 50))
         assert [(m.rx_ns, m.payload, m.accepted, m.station, m.kind) for m in first + rest] == [
-            ((n + 1) * 10_000, b"%d" % n, True, 1, Kind.TELECOMMAND) for n in range(5)]
+            ((n + 1) * 10_000, b"%d" % n, True, 1, Kind.TELECOMMAND) for n in range(5)
+        ]
         assert port.read_upto(5, ()) == ()
 
 
@@ -88,8 +91,12 @@ def test_refused_datagrams_are_handed_on_without_payload_and_with_the_failed_che
         far.put(good)
         got = port.read_upto(5, (1, 2, 3, 4, 5))
         assert [(m.accepted, m.verdict, m.payload) for m in got] == [
-            (False, "tag", b""), (False, "boot", b""), (False, "length", b""), (True, "ok", b"stop"),
-            (False, "copy", b"")]
+            (False, "tag", b""),
+            (False, "boot", b""),
+            (False, "length", b""),
+            (True, "ok", b"stop"),
+            (False, "copy", b""),
+        ]
 
 
 def test_missing_datagrams_end_the_wait_with_their_number():

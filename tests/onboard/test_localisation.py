@@ -71,8 +71,9 @@ class Drive:
 
     def registration(self, dx=0.0, dy=0.0, dyaw=0.0, **change):
         pose = Pose(self.x + dx, self.y + dy, self.filter.pose.z_m, self.roll, self.pitch, self.yaw + dyaw)
-        made = RegistrationResult(True, "", pose.matrix(), np.diag([0.01, 0.01, 0.01, 0.002]) ** 2, True, 0.9, 0.01,
-                                  0.0, 0.0, ())
+        made = RegistrationResult(
+            True, "", pose.matrix(), np.diag([0.01, 0.01, 0.01, 0.002]) ** 2, True, 0.9, 0.01, 0.0, 0.0, ()
+        )
         return replace(made, **change)
 
 
@@ -265,7 +266,7 @@ def test_a_slide_that_no_wheel_felt_is_believed_where_the_ground_fixes_all_and_s
     slip = drive.filter.slip_ratio
     drive.x, drive.y, drive.yaw = (
         v + slid.get(n, 0.0) for v, n in ((drive.x, "dx"), (drive.y, "dy"), (drive.yaw, "dyaw"))
-    )  # fmt: skip
+    )
     assert drive.filter.register(drive.registration())
     distance, yaw = drive.error()
     assert distance < 0.02 and abs(yaw) < 0.01

@@ -74,9 +74,14 @@ def test_a_sector_where_no_beam_at_all_returns_is_lost_not_open():
 def test_what_the_rover_s_own_deck_returns_does_not_make_dirt_an_open_end():
     beams = beams_from()
     deck = (beams.tilt_rad > math.radians(50)) & (np.abs(beams.azimuth_rad) < math.radians(20))
-    scans = [dataclasses.replace(scan, ranges_m=np.where(row, 0.2, scan.ranges_m).astype(np.float32),
-                                 status=np.where(row, 0, scan.status).astype(np.uint8))
-             for scan, row in zip(sweep(beams, window(-15, 15)(beams)), deck)]
+    scans = [
+        dataclasses.replace(
+            scan,
+            ranges_m=np.where(row, 0.2, scan.ranges_m).astype(np.float32),
+            status=np.where(row, 0, scan.status).astype(np.uint8),
+        )
+        for scan, row in zip(sweep(beams, window(-15, 15)(beams)), deck)
+    ]
     seen = lost_beams(scans, TRACK, CONFIG.rover, CONFIG.scanning)
     assert not seen.open.any() and seen.sectors[6] > 0.3
 
@@ -90,8 +95,10 @@ def test_directions_are_counted_from_the_right_and_outside_the_sector_there_is_n
 
 def test_without_scans_or_without_the_axis_nothing_is_due():
     scans = sweep(beams_from(), nothing(beams_from()))
-    for seen in (lost_beams((), TRACK, CONFIG.rover, CONFIG.scanning),
-                 lost_beams(scans, TiltTrack(np.zeros(0, np.int64), np.zeros(0)), CONFIG.rover, CONFIG.scanning)):
+    for seen in (
+        lost_beams((), TRACK, CONFIG.rover, CONFIG.scanning),
+        lost_beams(scans, TiltTrack(np.zeros(0, np.int64), np.zeros(0)), CONFIG.rover, CONFIG.scanning),
+    ):
         assert not seen.due.any() and seen.ratio == 0.0 and math.isnan(seen.towards(0.0, 4.0))
 
 
@@ -155,7 +162,9 @@ def test_ground_that_ends_is_told_as_that():
 
 def test_a_scanner_that_loses_in_all_directions_or_more_with_each_sweep_goes_blind():
     assert told(view(fixed(at_random(0.5)), 0, 0, 0)) is Cause.BLIND
-    grows = [view(fixed(lambda beams, r=r: at_random(r)(beams) & (np.abs(beams.azimuth_rad) < 0.55)), 0, 0, 0)
-             for r in (0.25, 0.42, 0.6)]
+    grows = [
+        view(fixed(lambda beams, r=r: at_random(r)(beams) & (np.abs(beams.azimuth_rad) < 0.55)), 0, 0, 0)
+        for r in (0.25, 0.42, 0.6)
+    ]
     assert told(*grows) is Cause.BLIND
     assert told(*grows[::-1]) is not Cause.BLIND

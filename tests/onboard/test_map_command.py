@@ -91,10 +91,25 @@ def test_a_geotiff_has_heights_and_classes_in_their_places(folder, surface, tmp_
 
 def test_a_geotiff_of_the_map_can_be_imported_as_an_orbiters_map(folder, tmp_path):
     exported(folder, tmp_path / "map.tif")
-    result = CliRunner().invoke(app, [
-        "gdem", "import", str(tmp_path / "map.tif"), "--band", "1", "--size", "2", "--cell", "1",
-        "--start-xy", "1.5", "3.5", "--out", str(tmp_path / "gdem.npz"),
-    ])  # fmt: skip
+    result = CliRunner().invoke(
+        app,
+        [
+            "gdem",
+            "import",
+            str(tmp_path / "map.tif"),
+            "--band",
+            "1",
+            "--size",
+            "2",
+            "--cell",
+            "1",
+            "--start-xy",
+            "1.5",
+            "3.5",
+            "--out",
+            str(tmp_path / "gdem.npz"),
+        ],
+    )
     assert result.exit_code == 0, result.stderr
 
 
@@ -120,8 +135,12 @@ def test_a_ply_is_the_cloud_of_the_centres_of_known_cells(folder, surface, tmp_p
     words = head.decode("ascii").split("\n")
     assert words[:2] == ["ply", "format binary_little_endian 1.0"]
     assert [line.split()[1:] for line in words if line.startswith("property")] == [
-        ["double", "x"], ["double", "y"], ["float", "z"], ["uchar", "cell_class"], ["float", "height_std"]
-    ]  # fmt: skip
+        ["double", "x"],
+        ["double", "y"],
+        ["float", "z"],
+        ["uchar", "cell_class"],
+        ["float", "height_std"],
+    ]
     known = int(np.isfinite(surface.z_mean).sum())
     assert f"element vertex {known}" in words and len(body) == known * POINT.itemsize
     points = np.frombuffer(body, POINT)

@@ -13,8 +13,17 @@ from protocol.conventions import wrap_rad
 from protocol.link.transactions import State
 from protocol.tables.modes import Mode, Phase
 
-LETTERS = {Phase.SCANNING: "S", Phase.MAPPING: "M", Phase.PLANNING: "P", Phase.DRIVING: "D", Phase.TURNING: "T",
-           Phase.ARRIVED: "A", Phase.FAILED: "F", Phase.NONE: "-", Phase.BACKING_OFF: "B"}
+LETTERS = {
+    Phase.SCANNING: "S",
+    Phase.MAPPING: "M",
+    Phase.PLANNING: "P",
+    Phase.DRIVING: "D",
+    Phase.TURNING: "T",
+    Phase.ARRIVED: "A",
+    Phase.FAILED: "F",
+    Phase.NONE: "-",
+    Phase.BACKING_OFF: "B",
+}
 
 
 def fly(goal, memory=None, **sections):

@@ -71,8 +71,9 @@ def test_what_the_bench_builds_askew_a_configuration_that_knows_it_reads_straigh
     bench, computer = build_nodes(3, BUILT), Nodes(BUILT, Can())
     steers, force = (0.4, -0.3, 0.2, 0.0), np.array([0.5, -0.2, 1.5])
     wheels = tuple(WheelTruth(steer, 0.0, 0.0, 0.0) for steer in steers)
-    truth = PlantState(TICK_NS, np.zeros(3), np.array([0, 0, 0, 1.0]), np.zeros(3), np.array([0.1, 0.2, -0.3]), force,
-                       wheels)  # fmt: skip
+    truth = PlantState(
+        TICK_NS, np.zeros(3), np.array([0, 0, 0, 1.0]), np.zeros(3), np.array([0.1, 0.2, -0.3]), force, wheels
+    )
     read, rates, forces = [], [], []
     for tick in range(1, 101):
         bench.step(tick * TICK_NS, truth)

@@ -38,8 +38,9 @@ def flat(side, cost, **changes):
     """Free flat ground; everything is seen from everywhere."""
     grid = Grid(0.0, 0.0, 0.1, side, side)
     cost = np.broadcast_to(np.asarray(cost, np.float32), (side, side)).copy()
-    return replace(Question(grid, np.zeros((side, side), np.float32), np.ones((side, side), bool), cost, (0.0, 9.0)),
-                   **changes)
+    return replace(
+        Question(grid, np.zeros((side, side), np.float32), np.ones((side, side), bool), cost, (0.0, 9.0)), **changes
+    )
 
 
 def by_hand(asked, criterion):
@@ -83,9 +84,9 @@ def test_choice_and_every_score_are_those_of_the_plain_loop(seed, gain):
 def test_scores_of_nine_cells_worked_by_hand():
     """A pillar on the middle cell hides what lies straight behind it; beams of 45 degrees, two cells long, all round.
 
-        6 7 8   cost-to-go, m; the span is 8. From (1, 0) the cells in range are its eight neighbours on the map and
-        3 4 5   (1, 2): five of six are seen, for (1, 2) is hidden. From the corner (0, 0): the row, the column and the
-        0 1 2   diagonal, of which (2, 2) is not reached: round(2 cos 45) = 1. All five are seen.
+    6 7 8   cost-to-go, m; the span is 8. From (1, 0) the cells in range are its eight neighbours on the map and
+    3 4 5   (1, 2): five of six are seen, for (1, 2) is hidden. From the corner (0, 0): the row, the column and the
+    0 1 2   diagonal, of which (2, 2) is not reached: round(2 cos 45) = 1. All five are seen.
     """
     z = np.zeros((3, 3), np.float32)
     z[1, 1] = 5.0
@@ -155,11 +156,14 @@ NAN, INF = np.full((SIDE, SIDE), np.nan, np.float32), np.full((SIDE, SIDE), np.i
 
 
 @pytest.mark.parametrize("search", ["choose", "choose_by_climb"])
-@pytest.mark.parametrize(("changes", "rule", "count"), [
-    ({"free": np.zeros((SIDE, SIDE), bool)}, "not free", SIDE * SIDE),
-    ({"free": np.ones((SIDE, SIDE), bool), "cost_m": INF}, "no way to the goal", SIDE * SIDE),
-    ({"free": np.ones((SIDE, SIDE), bool), "cost_m": NAN}, "no way to the goal", SIDE * SIDE),
-])
+@pytest.mark.parametrize(
+    ("changes", "rule", "count"),
+    [
+        ({"free": np.zeros((SIDE, SIDE), bool)}, "not free", SIDE * SIDE),
+        ({"free": np.ones((SIDE, SIDE), bool), "cost_m": INF}, "no way to the goal", SIDE * SIDE),
+        ({"free": np.ones((SIDE, SIDE), bool), "cost_m": NAN}, "no way to the goal", SIDE * SIDE),
+    ],
+)
 def test_no_candidate_is_reported_with_the_rule_and_is_no_choice(search, changes, rule, count):
     asked = replace(question(), **changes)
     generator = () if search == "choose" else (np.random.default_rng(0),)
@@ -260,24 +264,30 @@ def test_climb_scores_what_it_looks_at_and_finds_what_the_regret_says():
         nsp.regret(found, np.random.default_rng(4))
 
 
-@pytest.mark.parametrize(("changes", "told"), [
-    ({"z_mean": np.zeros((3, 3), np.float32)}, r"z_mean: expected float32 \(16, 16\), given float32 \(3, 3\)"),
-    ({"z_mean": np.zeros((SIDE, SIDE))}, "z_mean: expected float32"),
-    ({"free": np.ones((SIDE, SIDE), np.uint8)}, "free: expected bool"),
-    ({"cost_m": np.zeros((SIDE, SIDE), np.float32).T[:, ::-1]}, "cost_m: expected contiguous rows"),
-    ({"z_mean": INF}, "z_mean: expected finite heights"),
-    ({"goal_m": (math.nan, 0.0)}, "goal_m: expected finite"),
-])
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"z_mean": np.zeros((3, 3), np.float32)}, r"z_mean: expected float32 \(16, 16\), given float32 \(3, 3\)"),
+        ({"z_mean": np.zeros((SIDE, SIDE))}, "z_mean: expected float32"),
+        ({"free": np.ones((SIDE, SIDE), np.uint8)}, "free: expected bool"),
+        ({"cost_m": np.zeros((SIDE, SIDE), np.float32).T[:, ::-1]}, "cost_m: expected contiguous rows"),
+        ({"z_mean": INF}, "z_mean: expected finite heights"),
+        ({"goal_m": (math.nan, 0.0)}, "goal_m: expected finite"),
+    ],
+)
 def test_a_bad_question_is_refused_by_name(changes, told):
     with pytest.raises(ValueError, match=told):
         replace(question(), **changes)
 
 
-@pytest.mark.parametrize(("values", "told"), [
-    (("vis",), "gain: expected one of visibility, newly-seen, given 'vis'"),
-    (("visibility", -1.0), "weights: expected finite"),
-    (("visibility", 1.0, math.nan), "weights: expected finite"),
-])
+@pytest.mark.parametrize(
+    ("values", "told"),
+    [
+        (("vis",), "gain: expected one of visibility, newly-seen, given 'vis'"),
+        (("visibility", -1.0), "weights: expected finite"),
+        (("visibility", 1.0, math.nan), "weights: expected finite"),
+    ],
+)
 def test_a_bad_criterion_is_refused_by_name(values, told):
     with pytest.raises(ValueError, match=told):
         Criterion(*values)

@@ -33,9 +33,7 @@ def profile():
     rates = np.concatenate([np.linspace(19.9, 8.3, 8), np.linspace(4.7, 1.63, 12), np.array([11.1, 15.3, 19.7, 20.0])])
     ends *= DEG
     rates *= DEG
-    return [
-        Segment(a, b, r, int(abs(b - a) / r * 1e9)) for a, b, r in zip(ends[:-1], ends[1:], rates)
-    ]
+    return [Segment(a, b, r, int(abs(b - a) / r * 1e9)) for a, b, r in zip(ends[:-1], ends[1:], rates)]
 
 
 def nodes():
@@ -112,9 +110,11 @@ def test_frame_rates_are_50_and_10_hertz():
     computer = nodes()
     said = [name for tick in range(100) for name, _ in decoded(computer.send(tick * TICK_NS, 3))]
     assert {name: said.count(name) for name in said} == {
-        "TIME_SYNC": 10, "DRIVE_ENABLE": 10, "COMPUTER_HEARTBEAT": 10,
+        "TIME_SYNC": 10,
+        "DRIVE_ENABLE": 10,
+        "COMPUTER_HEARTBEAT": 10,
         **{f"WHEEL_{n}_COMMAND": 50 for n in (1, 2, 3, 4)},
-    }  # fmt: skip
+    }
 
 
 def test_an_order_to_stand_leaves_with_the_next_send_and_one_to_go_on_in_its_turn():

@@ -281,12 +281,17 @@ def test_an_order_for_later_begins_at_its_time_unless_a_stop_comes_before(standi
 # -- the transition table, flown -------------------------------------------------------------------------------
 
 ARGUMENTS = {
-    "goto": {"x_m": 3.0, "y_m": 0.5}, "mission": {"goals_m": (3.0, 0.5)}, "turn": {"heading_rad": 1.0},
+    "goto": {"x_m": 3.0, "y_m": 0.5},
+    "mission": {"goals_m": (3.0, 0.5)},
+    "turn": {"heading_rad": 1.0},
     "drive": {"vx_mps": 0.1, "vy_mps": 0.0, "yaw_radps": 0.0, "duration_s": 20.0, "distance_m": 2.0},
 }
 ARGUMENTS["sequence_run"] = {"sequence": "stay"}
 INTO = {
-    Mode.SEQUENCE: "sequence_run", Mode.AUTONOMOUS: "goto", Mode.TELEOP: "drive", Mode.SAFE: "safe",
+    Mode.SEQUENCE: "sequence_run",
+    Mode.AUTONOMOUS: "goto",
+    Mode.TELEOP: "drive",
+    Mode.SAFE: "safe",
     Mode.ESTOP: "emergency_stop",
 }
 COMMANDED = {row.name for row in commands.TABLE} & {t.event for t in TRANSITIONS}

@@ -264,7 +264,8 @@ def planned(monkeypatch, **changes):
     def plan(request):
         result = real(request)
         return replace(
-            result, decision=replace(result.decision, **changes.get("decision", {})),
+            result,
+            decision=replace(result.decision, **changes.get("decision", {})),
             state=replace(result.state, **changes.get("state", {})),
         )
 
@@ -310,9 +311,14 @@ def test_a_strategy_that_comes_no_nearer_for_two_stops_is_told_as_a_loop_while_i
     assert [text for _, text in rover.told("FAULT_CLEARED")] == [*told, "OPERATOR"]
 
 
-@pytest.mark.parametrize(("order", "mode"), [
-    ("stop", Mode.STANDBY), ("safe", Mode.SAFE), ("emergency_stop", Mode.ESTOP),
-])
+@pytest.mark.parametrize(
+    ("order", "mode"),
+    [
+        ("stop", Mode.STANDBY),
+        ("safe", Mode.SAFE),
+        ("emergency_stop", Mode.ESTOP),
+    ],
+)
 def test_the_operators_word_is_a_row_of_its_own_and_obeyed_in_its_tick(driving, order, mode):
     driving.order(order)
     driving.step()

@@ -104,8 +104,11 @@ def test_the_stopwatch_gives_each_group_its_time_and_all_of_it_to_some_group():
     watch.mark(Group.RECORD)
     watch.end()
     assert {group.name: ns for group, ns in zip(Group, watch.group_ns) if ns} == {
-        "READ": 30, "RECEIVE": 20, "WHEELS": 40, "RECORD": 10,
-    }  # fmt: skip
+        "READ": 30,
+        "RECEIVE": 20,
+        "WHEELS": 40,
+        "RECORD": 10,
+    }
     assert watch.tick_ns == 100
 
 

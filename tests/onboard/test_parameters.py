@@ -37,8 +37,9 @@ def numbers(row):
 
 
 def test_every_key_of_the_configuration_is_a_parameter_and_there_is_no_other():
-    keys = {f"{s.name}.{k.name}" for s in dataclasses.fields(Config)
-            for k in dataclasses.fields(getattr(Config(), s.name))}
+    keys = {
+        f"{s.name}.{k.name}" for s in dataclasses.fields(Config) for k in dataclasses.fields(getattr(Config(), s.name))
+    }
     assert set(TABLE) == keys
     assert {row.takes for row in TABLE.values()} == {AT_ONCE, NEXT_MISSION, RESTART}
 
@@ -64,13 +65,16 @@ def test_a_settable_number_takes_its_bounds_and_nothing_beyond(row):
         before.set(row.name, "fast", WHO)
 
 
-@pytest.mark.parametrize(("name", "text", "words"), [
-    ("motion.cruise", "0.1", "unknown parameter `motion.cruise`; did you mean `motion.cruise_mps`?"),
-    ("rover.half_track_m", "0.3", "changes with a restart only"),
-    ("mission.strategy", "optimist", "did you mean 'optimistic'?"),
-    ("drive_guard.on", "1", "should be bool"),
-    ("motion.cruise_mps", "nan", "out of range 0.005 to 2"),
-])
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("motion.cruise", "0.1", "unknown parameter `motion.cruise`; did you mean `motion.cruise_mps`?"),
+        ("rover.half_track_m", "0.3", "changes with a restart only"),
+        ("mission.strategy", "optimist", "did you mean 'optimistic'?"),
+        ("drive_guard.on", "1", "should be bool"),
+        ("motion.cruise_mps", "nan", "out of range 0.005 to 2"),
+    ],
+)
 def test_a_refusal_says_what_is_allowed(name, text, words):
     with pytest.raises(ValueError) as caught:
         Settings(Config()).set(name, text, WHO)
@@ -81,11 +85,18 @@ def test_a_change_knows_its_version_what_it_was_when_and_who_made_it():
     made = Settings(Config()).set("motion.cruise_mps", "0.09", WHO).set("mission.strategy", "explore", (5, 4, 1))
     assert made.version == 2 and made.config.mission.strategy == "explore"
     assert str(made.last("motion.cruise_mps")) == (
-        "version 1: motion.cruise_mps 0.11 -> 0.09 at 1.0 s of boot 4 by station 2")
+        "version 1: motion.cruise_mps 0.11 -> 0.09 at 1.0 s of boot 4 by station 2"
+    )
 
 
-@given(st.lists(st.tuples(st.sampled_from(["motion.cruise_mps", "safety.tilt_limit_rad", "planning.step_m"]),
-                          st.floats(0.1, 0.9)), max_size=12))
+@given(
+    st.lists(
+        st.tuples(
+            st.sampled_from(["motion.cruise_mps", "safety.tilt_limit_rad", "planning.step_m"]), st.floats(0.1, 0.9)
+        ),
+        max_size=12,
+    )
+)
 @settings(max_examples=50, deadline=None, derandomize=True)
 def test_what_is_kept_comes_back_whole_with_its_history(changes):
     made = Settings(Config())
@@ -104,8 +115,11 @@ def test_the_history_is_bounded_and_the_values_outlive_it():
 
 
 def test_what_is_kept_and_no_longer_allowed_is_dropped_alone_and_said():
-    kept = {"version": 9, "changes": [],
-            "values": {"motion.cruise_mps": "99.0", "motion.gone": "1", "mission.strategy": '"explore"'}}
+    kept = {
+        "version": 9,
+        "changes": [],
+        "values": {"motion.cruise_mps": "99.0", "motion.gone": "1", "mission.strategy": '"explore"'},
+    }
     made, dropped = recalled(Config(), json.dumps(kept).encode())
     assert made.config == replace(Config(), mission=config.Mission(strategy="explore")) and made.version == 9
     assert [line.split(":")[0] for line in dropped] == ["dropped motion.cruise_mps", "dropped motion.gone"]

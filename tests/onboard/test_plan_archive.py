@@ -24,10 +24,15 @@ def made(score=True, target=(1.0, 0.5)):
     found = NextPosition(
         Choice((3, 4), 0.5, -0.5, 1.0, 0.7, 0.8, -0.1, 0.8, 120.0, 4.0),
         (Choice((9, 4), 0.5, 1.5, -1.0, 0.5, 0.6, -0.1, 0.6, 20.0, 4.0),),
-        heights.astype(np.float64) * 2, {"not free": 1},
+        heights.astype(np.float64) * 2,
+        {"not free": 1},
     )
     report = PlanReport(
-        GRID, sets, heights, np.array([[0.0, 0.0], [5.0, 1.0]]), np.zeros((0, 2)),
+        GRID,
+        sets,
+        heights,
+        np.array([[0.0, 0.0], [5.0, 1.0]]),
+        np.zeros((0, 2)),
         found if score else None,
     )
     state = MissionState(number=1, stops=(Stop(0, 0, 0), Stop(0, 0, math.pi)), marked=((2.0, 1.0),))

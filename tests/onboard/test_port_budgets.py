@@ -94,8 +94,11 @@ def flooded(rig: Rig, piece: bytes, ticks: int) -> int | None:
     return None
 
 
-@pytest.mark.parametrize("piece", [b"\n" * 20_000, b"x\n\n" * 6_666, b"a" * 20_000, b"x\n\n" * 100],
-                         ids=["feeds", "frames", "noise", "few frames"])
+@pytest.mark.parametrize(
+    "piece",
+    [b"\n" * 20_000, b"x\n\n" * 6_666, b"a" * 20_000, b"x\n\n" * 100],
+    ids=["feeds", "frames", "noise", "few frames"],
+)
 def test_a_scanner_that_floods_is_found_within_half_a_second(piece):
     rig = Rig()
     rig.session.stream(True)

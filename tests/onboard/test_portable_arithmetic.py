@@ -128,8 +128,10 @@ def forbidden(node):
 def found_in(tree):
     """(line, what) of all that is forbidden, but for imports that only the type checker reads."""
     checked_only = {
-        inner for node in ast.walk(tree)
-        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING" for inner in ast.walk(node)
+        inner
+        for node in ast.walk(tree)
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+        for inner in ast.walk(node)
     }
     return [(n.lineno, what) for n in ast.walk(tree) if n not in checked_only and (what := forbidden(n))]
 
@@ -137,7 +139,9 @@ def found_in(tree):
 def test_what_flies_computes_by_ieee_operations_and_our_own_functions():
     broken = [
         f"{name}:{line} {what}: use onboard.native.elementary, each or linear, or say why it may in ALLOWED"
-        for name, tree in sources() for line, what in found_in(tree) if (name, what) not in ALLOWED
+        for name, tree in sources()
+        for line, what in found_in(tree)
+        if (name, what) not in ALLOWED
     ]
     assert not broken
 

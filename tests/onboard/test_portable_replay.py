@@ -77,9 +77,17 @@ def test_every_pretended_processor_flies_the_same_bytes(here, name):
 
 
 def test_the_rows_are_all_that_this_machine_can_pretend():
-    cores = {"Prescott", "Sandybridge"} | {core for core, variant in (("Haswell", "avx2"), ("SkylakeX", "avx512"))
-                                           if variant in available()}  # fmt: skip
+    cores = {"Prescott", "Sandybridge"} | {
+        core for core, variant in (("Haswell", "avx2"), ("SkylakeX", "avx512")) if variant in available()
+    }
     assert {name.removeprefix("BLAS for ") for name in ROWS if name.startswith("BLAS for ")} == cores
     assert {name.removeprefix("kernels for ") for name in ROWS if name.startswith("kernels for ")} == set(available())
-    assert {"numpy with all features", "numpy without AVX-512", "numpy without AVX2", "C library without FMA and AVX2",
-            "BLAS with one thread", "BLAS with two threads", "another hash seed"} <= set(ROWS)  # fmt: skip
+    assert {
+        "numpy with all features",
+        "numpy without AVX-512",
+        "numpy without AVX2",
+        "C library without FMA and AVX2",
+        "BLAS with one thread",
+        "BLAS with two threads",
+        "another hash seed",
+    } <= set(ROWS)

@@ -183,13 +183,24 @@ def test_steered_cells_are_those_within_the_margin_of_a_tyre_that_steers_anyhow(
         y += s * ahead + c * left + math.sin(steer) * along + math.cos(steer) * across
         reached.add((round(y / cell_m), round(x / cell_m)))
     corner = math.hypot(ROVER.wheel_radius_m, ROVER.wheel_width_m / 2)
-    centres = [(c * a * ROVER.half_wheelbase_m - s * b * ROVER.half_track_m,
-                s * a * ROVER.half_wheelbase_m + c * b * ROVER.half_track_m) for a in (-1, 1) for b in (-1, 1)]
-    middles = {(j, i) for j, i in reached
-               if min(math.hypot(i * cell_m - x, j * cell_m - y) for x, y in centres) <= corner + margin_m}
+    centres = [
+        (
+            c * a * ROVER.half_wheelbase_m - s * b * ROVER.half_track_m,
+            s * a * ROVER.half_wheelbase_m + c * b * ROVER.half_track_m,
+        )
+        for a in (-1, 1)
+        for b in (-1, 1)
+    ]
+    middles = {
+        (j, i)
+        for j, i in reached
+        if min(math.hypot(i * cell_m - x, j * cell_m - y) for x, y in centres) <= corner + margin_m
+    }
     assert middles <= cells
-    assert all(min(math.hypot(i * cell_m - x, j * cell_m - y) for x, y in centres) <= corner + margin_m + 0.0708
-               for j, i in cells)
+    assert all(
+        min(math.hypot(i * cell_m - x, j * cell_m - y) for x, y in centres) <= corner + margin_m + 0.0708
+        for j, i in cells
+    )
 
 
 def test_driven_poses_stay_free() -> None:

@@ -46,9 +46,11 @@ def test_fifo_is_for_the_tick_and_the_job_thread_and_not_for_children_and_is_giv
     fifo = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
     assert grant.granted and "SCHED_FIFO 50, jobs 1" in grant.text
     assert system == [
-        ("policy", 0, fifo), ("policy", JOB_THREAD, fifo), ("policy", 0, os.SCHED_OTHER),
+        ("policy", 0, fifo),
+        ("policy", JOB_THREAD, fifo),
+        ("policy", 0, os.SCHED_OTHER),
         ("policy", JOB_THREAD, os.SCHED_OTHER),
-    ]  # fmt: skip
+    ]
 
 
 def test_a_refused_priority_says_why_and_what_to_do_and_the_program_goes_on(system, monkeypatch):

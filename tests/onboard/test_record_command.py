@@ -32,6 +32,7 @@ def record(tmp_path_factory):
 @pytest.fixture
 def run(capsys):
     """Exit code, standard output, standard error of the command."""
+
     def runner(*words):
         with pytest.raises(SystemExit) as ended:
             app(["record", *map(str, words)], prog_name="onboard")

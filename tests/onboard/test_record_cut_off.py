@@ -208,8 +208,14 @@ def test_a_folder_has_a_record_for_each_run_and_the_oldest_go(tmp_path):
 @pytest.mark.parametrize("simd", available()[:2])
 def test_a_record_with_maps_and_plans_replays_identical_on_either_build_of_the_kernels(flown, simd):
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "EL_DORADO_SIMD": simd}
-    done = subprocess.run([sys.executable, "-m", "onboard", "replay", str(flown)], env=environment, text=True,
-                          capture_output=True, check=False, timeout=300)  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, "-m", "onboard", "replay", str(flown)],
+        env=environment,
+        text=True,
+        capture_output=True,
+        check=False,
+        timeout=300,
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.startswith("identical: ")
 

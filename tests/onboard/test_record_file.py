@@ -97,8 +97,13 @@ def test_when_memory_is_used_up_nothing_is_kept_and_the_record_says_how_many_tic
 
 def test_what_waits_takes_no_more_memory_than_is_allowed_and_the_chunk_that_passed_it(tmp_path):
     waiting = []
-    fly(tmp_path / "run.mcap", ticks=900, disk=Disk(errno.ENOSPC, (0, 10_000)), settings=SMALL,
-        look=lambda recorder: waiting.append(recorder.waiting_bytes))
+    fly(
+        tmp_path / "run.mcap",
+        ticks=900,
+        disk=Disk(errno.ENOSPC, (0, 10_000)),
+        settings=SMALL,
+        look=lambda recorder: waiting.append(recorder.waiting_bytes),
+    )
     assert SMALL["record.waiting_bytes"] < max(waiting) < SMALL["record.waiting_bytes"] + 20_000
 
 
@@ -111,8 +116,9 @@ def test_on_a_good_disk_the_status_is_that_of_the_start_throughout(tmp_path):
 
 @given(st.lists(st.tuples(st.binary(max_size=40), st.booleans(), st.floats(0, 1)), max_size=30))
 @settings(max_examples=60, deadline=None, derandomize=True)
-def test_whatever_a_disk_refuses_the_file_is_a_beginning_of_what_was_written_that_ends_with_a_piece(tmp_path_factory,
-                                                                                                     steps):
+def test_whatever_a_disk_refuses_the_file_is_a_beginning_of_what_was_written_that_ends_with_a_piece(
+    tmp_path_factory, steps
+):
     path, disk = tmp_path_factory.mktemp("file") / "f", Disk(errno.EIO)
     file, written, borders = RecordFile(path, 0, True, disk.open), b"", [0]
     for data, good, torn in steps:

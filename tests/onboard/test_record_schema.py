@@ -28,18 +28,34 @@ INPUTS = st.builds(
     tick=st.integers(0, 2**40),
     now_ns=TIMES,
     can_frames=st.lists(st.builds(Frame, st.integers(0, 2047), st.binary(max_size=8), TIMES), max_size=5).map(tuple),
-    can=st.builds(BusStatus, STATES, st.text(max_size=40), st.integers(0, 2**31), st.integers(0, 2**31),
-                  st.tuples(*[st.integers(0, 2**31)] * len(BusTrouble))),
+    can=st.builds(
+        BusStatus,
+        STATES,
+        st.text(max_size=40),
+        st.integers(0, 2**31),
+        st.integers(0, 2**31),
+        st.tuples(*[st.integers(0, 2**31)] * len(BusTrouble)),
+    ),
     lidar_chunks=st.lists(st.builds(Chunk, TIMES, st.binary(max_size=100)), max_size=4).map(tuple),
     lidar_state=STATES,
     link_messages=st.lists(
-        st.builds(LinkMessage, TIMES, st.booleans(), st.sampled_from(["ok", "tag"]), st.integers(0, 9),
-                  st.integers(0, 5), st.binary(max_size=50)), max_size=3).map(tuple),
+        st.builds(
+            LinkMessage,
+            TIMES,
+            st.booleans(),
+            st.sampled_from(["ok", "tag"]),
+            st.integers(0, 9),
+            st.integers(0, 5),
+            st.binary(max_size=50),
+        ),
+        max_size=3,
+    ).map(tuple),
     link_state=STATES,
     health=st.builds(Health, TIMES, TIMES, TIMES),
     machine=st.none() | st.builds(Machine, *[st.floats(allow_nan=False)] * len(Machine._fields)),
     saved=st.lists(st.builds(Saved, st.sampled_from(["parameters", "fences"]), st.text(max_size=50)), max_size=3).map(
-        tuple),
+        tuple
+    ),
     timing=st.builds(Timing, TIMES, st.lists(TIMES, max_size=10).map(tuple), st.lists(TIMES, max_size=3).map(tuple)),
 )
 

@@ -43,7 +43,12 @@ class Pair:
             assert state(self.told) == state(self.twin)
             events = tuple(event for event in told.events if event.name != "LINK_REFUSED")
             assert (told.can_frames, told.lidar_bytes, events, told.saves, told.jobs) == (
-                twin.can_frames, twin.lidar_bytes, twin.events, twin.saves, twin.jobs)  # fmt: skip
+                twin.can_frames,
+                twin.lidar_bytes,
+                twin.events,
+                twin.saves,
+                twin.jobs,
+            )
         return {report for _, report in self.told.reports if report.request_id == request_id}
 
 
@@ -51,8 +56,18 @@ def state(bench):
     """What the digest of the core's state is made of, but for the link's own books."""
     rover = bench.rover
     executive = rover.executive
-    parts = (rover.localisation, rover.watch, rover.devices, rover.lidar, rover.nodes, rover.parameters, rover.fences,
-             rover.keeping, executive.masks, executive.sequencer)  # fmt: skip
+    parts = (
+        rover.localisation,
+        rover.watch,
+        rover.devices,
+        rover.lidar,
+        rover.nodes,
+        rover.parameters,
+        rover.fences,
+        rover.keeping,
+        executive.masks,
+        executive.sequencer,
+    )
     return executive.mode, executive.phase, executive.active, *(part.digest_items() for part in parts)
 
 

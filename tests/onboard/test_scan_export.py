@@ -33,7 +33,6 @@ def run(*words):
     return CliRunner().invoke(app, ["lidar", "scan", *map(str, words)])
 
 
-
 def test_sweep_of_a_record_is_the_sweep_that_was_flown(nod, tmp_path):
     path, (down, up) = nod
     for number, flown in ((1, down), (2, up)):

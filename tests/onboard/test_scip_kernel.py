@@ -86,5 +86,6 @@ def test_beams_are_metres_and_status_as_numpy_has_them(name, each, monkeypatch):
 @pytest.mark.parametrize(("size", "each", "codes"), [(9, 1, 3), (10, 2, 3), (10, 1, 0), (0, 0, 3)])
 def test_beams_of_another_size_are_refused(size, each, codes):
     with pytest.raises(ValueError, match="expected"):
-        door.beams_into(np.zeros(size, np.int64), each, np.zeros(codes, np.uint8), np.empty(10, np.float32),
-                        np.empty(10, np.uint8))  # fmt: skip
+        door.beams_into(
+            np.zeros(size, np.int64), each, np.zeros(codes, np.uint8), np.empty(10, np.float32), np.empty(10, np.uint8)
+        )

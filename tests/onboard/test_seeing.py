@@ -51,8 +51,9 @@ def test_each_row_s_answer_holds_those_of_the_rows_above():
     assert [row.sweeps for row in LEVELS] == [1, 1, 2, 2, 2] and LEVELS[-1].stop
 
 
-@pytest.mark.parametrize(("ratio", "level"),
-                         [(0.0, 0), (0.01, 0), (0.03, 0), (0.08, 1), (0.17, 2), (0.25, 3), (0.4, 4)])
+@pytest.mark.parametrize(
+    ("ratio", "level"), [(0.0, 0), (0.01, 0), (0.03, 0), (0.08, 1), (0.17, 2), (0.25, 3), (0.4, 4)]
+)
 @pytest.mark.parametrize("kind", [at_random, clumps])
 def test_sweeps_that_lose_so_much_are_answered_so(kind, ratio, level):
     seeing = Seeing(CONFIG)
@@ -110,8 +111,9 @@ def test_dark_ground_close_before_the_rover_does_not_end_the_mission():
 
 def given_up(goal_m=(6.0, 0.0), **state):
     stay = Path(np.zeros((1, 3)))
-    return PlanResult(Decision("unreachable", "R9", NO_WAY, stay, 0.0), MissionState(**state),
-                      SimpleNamespace(), START, goal_m)
+    return PlanResult(
+        Decision("unreachable", "R9", NO_WAY, stay, 0.0), MissionState(**state), SimpleNamespace(), START, goal_m
+    )
 
 
 def seen(*losses):
@@ -243,6 +245,7 @@ def test_a_window_dirty_on_a_third_of_the_view_ends_the_mission_at_its_first_sto
 
 def test_a_rule_that_gives_up_on_a_side_not_seen_turns_to_it_and_sweeps_twice_before_the_mission_ends(monkeypatch):
     """The rule is made to give up. All ground within 7 degrees of the goal's direction returns nothing."""
+
     def give_up(request):
         result = plan(request)
         decision = replace(result.decision, kind="unreachable", rule="R9", reason=NO_WAY)
@@ -250,8 +253,11 @@ def test_a_rule_that_gives_up_on_a_side_not_seen_turns_to_it_and_sweeps_twice_be
 
     monkeypatch.setattr(cycle, "plan", give_up)
     bearing = math.atan2(3.0, 4.0)
-    rover = PoorSight(lambda x, y, *_: np.abs(np.arctan2(y, x) - bearing) < 0.12, settings=replace(
-        BRISK, lost_beams=config.LostBeams(looks=1)), memory=first_map())
+    rover = PoorSight(
+        lambda x, y, *_: np.abs(np.arctan2(y, x) - bearing) < 0.12,
+        settings=replace(BRISK, lost_beams=config.LostBeams(looks=1)),
+        memory=first_map(),
+    )
     rover.settle()
     request = rover.goto(4.0, 3.0)
     assert rover.until_final(request, 120.0) is State.FAILED

@@ -72,10 +72,14 @@ def test_a_step_waits_for_its_condition(rover):
     assert rover.until_final(request, 30.0) is State.COMPLETED
 
 
-@pytest.mark.parametrize(("policy", "state", "mode"), [
-    ("stop", State.FAILED, Mode.STANDBY), ("continue", State.COMPLETED, Mode.STANDBY),
-    ("safe", State.FAILED, Mode.SAFE),
-])
+@pytest.mark.parametrize(
+    ("policy", "state", "mode"),
+    [
+        ("stop", State.FAILED, Mode.STANDBY),
+        ("continue", State.COMPLETED, Mode.STANDBY),
+        ("safe", State.FAILED, Mode.SAFE),
+    ],
+)
 def test_a_condition_that_does_not_come_fails_the_step_and_its_policy_says_what_then(rover, policy, state, mode):
     request = run(rover, f"until charge_ratio > 2 within 1 or {policy} scan", "after 1")
     assert rover.until_final(request, 10.0) is state and rover.mode is mode
@@ -90,9 +94,15 @@ def test_a_step_that_is_refused_as_things_are_has_failed(rover):
     assert rover.text(request) == "step 1 of 1 failed: (5.0, 5.0) is outside the goal fence (site)"
 
 
-@pytest.mark.parametrize(("order", "mode"), [
-    ("sequence_abort", Mode.STANDBY), ("stop", Mode.STANDBY), ("safe", Mode.SAFE), ("emergency_stop", Mode.ESTOP),
-])
+@pytest.mark.parametrize(
+    ("order", "mode"),
+    [
+        ("sequence_abort", Mode.STANDBY),
+        ("stop", Mode.STANDBY),
+        ("safe", Mode.SAFE),
+        ("emergency_stop", Mode.ESTOP),
+    ],
+)
 def test_what_the_operator_ends_it_with_stops_the_wheels_and_no_step_follows(rover, order, mode):
     request = run(rover, "drive 0.1 0 0 30 3", "turn 90")
     rover.run(2.0)

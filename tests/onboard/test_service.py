@@ -88,8 +88,11 @@ def test_the_first_tick_makes_the_service_ready_and_later_ones_tell_once_a_secon
     service.tell("STOPPING=1")
     service.close()
     assert [manager.heard() for _ in range(4)] == [
-        {"READY": "1", "STATUS": "at 0"}, {"STATUS": "at 1000000000"}, {"STATUS": "at 2000000000"}, {"STOPPING": "1"},
-    ]  # fmt: skip
+        {"READY": "1", "STATUS": "at 0"},
+        {"STATUS": "at 1000000000"},
+        {"STATUS": "at 2000000000"},
+        {"STOPPING": "1"},
+    ]
 
 
 def test_the_watchdog_is_fed_several_times_within_the_managers_patience(manager):
@@ -137,8 +140,15 @@ def started(script, manager=None, watchdog_us=0, **settings):
         environment["NOTIFY_SOCKET"] = manager.address
     if watchdog_us:
         environment["WATCHDOG_USEC"] = str(watchdog_us)
-    program = subprocess.Popen(words, cwd=ROOT, env=environment, text=True, stdin=subprocess.DEVNULL,
-                               stdout=subprocess.PIPE, stderr=subprocess.PIPE)  # fmt: skip
+    program = subprocess.Popen(
+        words,
+        cwd=ROOT,
+        env=environment,
+        text=True,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
     try:
         yield program
     finally:
@@ -301,5 +311,3 @@ def test_a_reader_of_the_lines_that_has_gone_ends_nothing(monkeypatch):
         with pytest.raises(BrokenPipeError):
             broken.write("x" * 100_000)
         os.dup2(os.open(os.devnull, os.O_WRONLY), writer)  # for its close
-
-

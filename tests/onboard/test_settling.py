@@ -92,9 +92,13 @@ def test_stones_that_one_scan_alone_has_seen_pull_little():
     points = source.points.copy()
     points[::12] += np.array([0.3, 0.3, 0.3])  # one in twelve stands out by 0.3 m
     found = settle(
-        moved(Faces(points, source.normals), np.linalg.inv(SMALL)), target, search(target.points), 0.5, np.eye(4),
+        moved(Faces(points, source.normals), np.linalg.inv(SMALL)),
+        target,
+        search(target.points),
+        0.5,
         np.eye(4),
-    )  # fmt: skip
+        np.eye(4),
+    )
     assert apart(SMALL, found.T_target_source)[1] == pytest.approx(np.zeros(3), abs=1e-3)
 
 

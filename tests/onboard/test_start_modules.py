@@ -20,9 +20,11 @@ def modules(script):
 @pytest.fixture(scope="module")
 def first_tick():
     """All that `onboard run` imports before its first tick on the wall clock, with a record and zenoh for a link."""
-    return modules("import onboard.__main__, onboard.app, mcap.writer, transport.zenoh_end; "
-                   "from onboard.drivers.can.bus import open_bus; open_bus('virtual:start').close(); "
-                   "from pkgutil import resolve_name; [resolve_name(name) for name in onboard.app.LATER]")  # fmt: skip
+    return modules(
+        "import onboard.__main__, onboard.app, mcap.writer, transport.zenoh_end; "
+        "from onboard.drivers.can.bus import open_bus; open_bus('virtual:start').close(); "
+        "from pkgutil import resolve_name; [resolve_name(name) for name in onboard.app.LATER]"
+    )
 
 
 def test_a_first_tick_needs_no_package_of_bench_or_station(first_tick):

@@ -21,8 +21,13 @@ def cells(z=0.0, n=50, view_m=1.0):
     shape = (GRID.rows, GRID.columns)
     flat = np.full(shape, z, np.float32)
     return replace(
-        ldem.empty(GRID), n=np.full(shape, n, np.int32), sum_z=np.full(shape, n * z), sum_z2=np.full(shape, n * z * z),
-        z_hi=flat, z_lo=flat, view_m=np.full(shape, view_m, np.float32),
+        ldem.empty(GRID),
+        n=np.full(shape, n, np.int32),
+        sum_z=np.full(shape, n * z),
+        sum_z2=np.full(shape, n * z * z),
+        z_hi=flat,
+        z_lo=flat,
+        view_m=np.full(shape, view_m, np.float32),
     )
 
 

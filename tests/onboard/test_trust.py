@@ -28,9 +28,13 @@ def seen(view_m):
 
 def request(view_m, guard=False, trust_m=1.5, trail=(), ground="pitted"):
     settings = Settings(
-        config.Rover(), config.Mapping_(trust_m=trust_m), config.Planning(), config.Mission(ground=ground),
-        config.Scanning(), config.DriveGuard(on=guard),
-    )  # fmt: skip
+        config.Rover(),
+        config.Mapping_(trust_m=trust_m),
+        config.Planning(),
+        config.Mission(ground=ground),
+        config.Scanning(),
+        config.DriveGuard(on=guard),
+    )
     return PlanRequest(
         seen(view_m), Pose(0.05, 0.05), (3.0, 0.0), None, MissionState(), settings, np.array(trail).reshape(-1, 3)
     )

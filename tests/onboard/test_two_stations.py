@@ -68,8 +68,9 @@ def test_the_others_goto_is_refused_with_the_holder_named_and_what_is_allowed(wo
     assert world.bench.mode is Mode.TELEOP
 
 
-@pytest.mark.parametrize(("name", "mode"), [
-    ("stop", Mode.STANDBY), ("safe", Mode.SAFE), ("emergency_stop", Mode.ESTOP)])
+@pytest.mark.parametrize(
+    ("name", "mode"), [("stop", Mode.STANDBY), ("safe", Mode.SAFE), ("emergency_stop", Mode.ESTOP)]
+)
 def test_the_others_stop_safe_and_emergency_stop_work(world, name, mode):
     world.ask(1, "drive", **DRIVE)
     world.until(lambda: world.bench.mode is Mode.TELEOP)
@@ -122,8 +123,9 @@ def test_after_a_restart_nobody_holds_it(world):
     assert world.does(2, "lease_ask")[0] == "COMPLETED"
 
 
-EVENTS = st.lists(st.tuples(st.sampled_from(["lease_ask", "lease_release", "goto", "silence"]), st.integers(1, 3)),
-                  max_size=40)
+EVENTS = st.lists(
+    st.tuples(st.sampled_from(["lease_ask", "lease_release", "goto", "silence"]), st.integers(1, 3)), max_size=40
+)
 
 
 @settings(max_examples=200, derandomize=True)
@@ -157,7 +159,8 @@ def test_at_any_time_at_most_one_station_may_command_and_it_was_heard_within_the
 
 @pytest.mark.parametrize("kind", Versions._fields)
 def test_a_dictionary_dbc_or_dialect_of_another_version_is_refused_with_both_named_and_stop_still_goes(
-        world, monkeypatch, kind):
+    world, monkeypatch, kind
+):
     other = OURS._replace(**{kind: getattr(OURS, kind) ^ 0xFF})
     monkeypatch.setattr("ground.link.session.OURS", other)
     world.ask(1, "drive", **DRIVE)
@@ -248,7 +251,13 @@ def test_a_rover_whose_windows_are_over_or_wrong_is_not_mute():
     downlink = Downlink(Link())
     downlink.windows = windows([(100 * S, 200 * S), (5000 * S, 5100 * S)])
     assert [downlink._may_speak(t * S) for t in (99, 100, 199, 200, 5099, 5100)] == [
-        False, True, True, False, True, True]
+        False,
+        True,
+        True,
+        False,
+        True,
+        True,
+    ]
 
 
 def test_a_rover_answers_who_is_heard_far_from_any_window():
@@ -262,11 +271,17 @@ def test_a_rover_answers_who_is_heard_far_from_any_window():
     assert world.does(1, "stop") == ("COMPLETED", "stopped")
 
 
-@pytest.mark.parametrize(("text", "says"), [
-    ("", "no window in it"), ("1", "w:1: `1` should be"), ("# c\n2 1", "2 to 1 s ends before it begins"),
-    ("1 5\n4 6", "begins at 4 s should begin after 5 s"), ("1 2\n2026-11-22T12:00:00Z 3", "w:2:"),
-    ("2026-11-22T12:00:00 2026-11-22T13:00:00", "w:1:"),
-])
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "no window in it"),
+        ("1", "w:1: `1` should be"),
+        ("# c\n2 1", "2 to 1 s ends before it begins"),
+        ("1 5\n4 6", "begins at 4 s should begin after 5 s"),
+        ("1 2\n2026-11-22T12:00:00Z 3", "w:2:"),
+        ("2026-11-22T12:00:00 2026-11-22T13:00:00", "w:1:"),
+    ],
+)
 def test_a_schedule_that_cannot_be_read_names_file_and_line(text, says):
     with pytest.raises(ValueError, match=r"^w:") as refused:
         parse(text, "w")
@@ -322,8 +337,7 @@ def test_every_station_follows_a_rotation_and_what_was_sealed_before_it_is_refus
     assert (one.sealer.epoch, one.kept.epoch, world.memory.epoch) == (2, 2, 2)
     assert world.gate.receive(before, world.now_ns)[0].verdict == "epoch"
     assert world.does(1, "lease_show")[0] == "COMPLETED"
-    assert world.does(1, "keys_rotate", epoch=1.0) == (
-        "FAILED", "key epoch 2 is in force: only a later one can follow")
+    assert world.does(1, "keys_rotate", epoch=1.0) == ("FAILED", "key epoch 2 is in force: only a later one can follow")
     world.boot(2)
     world.until(lambda: one.boot_id == 2)
     assert world.does(2, "stop")[0] == "COMPLETED" and world.sealer.epoch == 2
@@ -354,8 +368,11 @@ def test_stop_sent_while_the_rover_reboots_stops_the_new_start(tmp_path):
 
 
 def test_no_key_in_anything_that_a_run_writes(tmp_path, capsys):
-    settings = replace(QUICK, record=replace(config.Record(), path=str(tmp_path / "run.mcap")),
-                       link=config.Link(command_keys="command.keys", downlink_key="downlink.key"))
+    settings = replace(
+        QUICK,
+        record=replace(config.Record(), path=str(tmp_path / "run.mcap")),
+        link=config.Link(command_keys="command.keys", downlink_key="downlink.key"),
+    )
     world = World(str(tmp_path / "state"))
     session = world.station(1)
     with Recorder(settings, None, (), {"epoch": b"0"}) as recorder, Archive(tmp_path / "archive.db") as archive:
@@ -370,8 +387,12 @@ def test_no_key_in_anything_that_a_run_writes(tmp_path, capsys):
             archive.add("datagrams", 0, "down", "ok", datagram)
         recorder.end(None)
     Memory(str(tmp_path / "ground"), 1).note(session.kept)
-    said = "\n".join(filter(None, map(show.news_line, world.news[1]))) + to_toml(settings) + repr(
-        (session.kept, keys_of(1, 2), world.memory.marks)) + str(show.status(session, world.now_ns))
+    said = (
+        "\n".join(filter(None, map(show.news_line, world.news[1])))
+        + to_toml(settings)
+        + repr((session.kept, keys_of(1, 2), world.memory.marks))
+        + str(show.status(session, world.now_ns))
+    )
     written = {path.name: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
     with open(tmp_path / "run.mcap", "rb") as file:  # its chunks are compressed
         record = make_reader(file)

@@ -39,6 +39,7 @@ def carried():
                 settings.insert_json5(key, text)
             sessions.append(stack.enter_context(zenoh.open(settings)))
         for side, (mine, other), key in ((carrier.ROVER, sessions, KEY_DOWN), (carrier.GROUND, sessions[::-1], KEY_UP)):
+
             def carry(sample, other=other, key=key):
                 other.put(key, sample.payload.to_bytes(), congestion_control=zenoh.CongestionControl.BLOCK)
 
@@ -56,17 +57,27 @@ class World:
         self._stack, self._rover_end = stack, None
         write_keys(tmp_path / "keys", 2, 3)
         self._rover_end, ground_end = stack.enter_context(carried())
-        self.config = config.load(overrides={
-            "link.command_keys": str(tmp_path / "keys/rover/command.keys"), "link.lease_s": 10.0,
-            "link.downlink_key": str(tmp_path / "keys/rover/downlink.key"), "state.folder": str(tmp_path / "rover"),
-            "can.uri": "socketcan:can0"})
+        self.config = config.load(
+            overrides={
+                "link.command_keys": str(tmp_path / "keys/rover/command.keys"),
+                "link.lease_s": 10.0,
+                "link.downlink_key": str(tmp_path / "keys/rover/downlink.key"),
+                "state.folder": str(tmp_path / "rover"),
+                "can.uri": "socketcan:can0",
+            }
+        )
         self.port = None
         self.boot(1)
         self.stations = {}
         for n in (1, 2):
             folder = tmp_path / "keys" / f"station-{n}"
-            settings = Settings(endpoint=ground_end, station=n, command_keys=str(folder / "command.key"),
-                                downlink_key=str(folder / "downlink.key"), state=str(tmp_path / f"ground-{n}"))
+            settings = Settings(
+                endpoint=ground_end,
+                station=n,
+                command_keys=str(folder / "command.key"),
+                downlink_key=str(folder / "downlink.key"),
+                state=str(tmp_path / f"ground-{n}"),
+            )
             archive = stack.enter_context(Archive(":memory:"))
             self.stations[n] = stack.enter_context(Station(settings, archive))
             self.stations[n].wait_open(20.0, 20.0)

@@ -167,8 +167,10 @@ def test_a_name_is_resolved_anew_with_the_new_socket(carrier, monkeypatch):
     moved.bind(("127.0.0.2", 0))
     moved.settimeout(20.0)
     places = iter([("127.0.0.1", carrier.rover.port), moved.getsockname()])
-    monkeypatch.setattr("transport.udp_end.socket.getaddrinfo",
-                        lambda *_, **__: [(socket.AF_INET, socket.SOCK_DGRAM, 17, "", next(places))])
+    monkeypatch.setattr(
+        "transport.udp_end.socket.getaddrinfo",
+        lambda *_, **__: [(socket.AF_INET, socket.SOCK_DGRAM, 17, "", next(places))],
+    )
     end = UdpGroundEnd("udp/rover.example:7450", KEYS, 1, 0.0, 1 << 62)
     carrier.stack.callback(end.close)
     end.put(b"before")

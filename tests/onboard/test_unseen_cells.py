@@ -43,8 +43,16 @@ def memory():
 
 def request_of(memory):
     pose = Pose(0.0, 0.0)
-    return PlanRequest(window(memory.cells, 0.0, 0.0, CONFIG.mapping.size_m), pose, (6.0, 0.0), None, MissionState(),
-                       settings_of(CONFIG), np.zeros((1, 3)), unseen_m=memory.unseen_m)
+    return PlanRequest(
+        window(memory.cells, 0.0, 0.0, CONFIG.mapping.size_m),
+        pose,
+        (6.0, 0.0),
+        None,
+        MissionState(),
+        settings_of(CONFIG),
+        np.zeros((1, 3)),
+        unseen_m=memory.unseen_m,
+    )
 
 
 def test_the_cells_of_dark_points_are_kept_once_each_and_sorted():
@@ -93,7 +101,8 @@ def test_no_pose_over_a_dark_box_is_free_in_the_plan_nor_in_what_the_ground_is_s
     surface = surface_of(request)
     grid, freedom = surface.grid, freedom_of(request, surface)
     centres = np.array([grid.centre(j, i) for j, i in np.ndindex(grid.rows, grid.columns)]).reshape(
-        grid.rows, grid.columns, 2)  # fmt: skip
+        grid.rows, grid.columns, 2
+    )
     rover = CONFIG.rover
     over = 0
     for o, j, i in np.argwhere(freedom == Freedom.FREE):

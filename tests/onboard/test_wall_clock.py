@@ -31,8 +31,13 @@ def command(*words, **settings):
 def started(*words, **settings):
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     program = subprocess.Popen(
-        command(*words, **settings), cwd=ROOT, env=environment, text=True, stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        command(*words, **settings),
+        cwd=ROOT,
+        env=environment,
+        text=True,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
     )
     try:
         yield program
@@ -44,8 +49,12 @@ def started(*words, **settings):
 def alone(record):
     """Settings of a rover to which nothing is connected."""
     return {
-        "clock__mode": "wall", "can__uri": "virtual:wall", "lidar__address": f"tcp:127.0.0.1:{free_port()}",
-        "link__endpoint": f"tcp/127.0.0.1:{free_port()}", "link__bench_seed": 1, "record__path": record,
+        "clock__mode": "wall",
+        "can__uri": "virtual:wall",
+        "lidar__address": f"tcp:127.0.0.1:{free_port()}",
+        "link__endpoint": f"tcp/127.0.0.1:{free_port()}",
+        "link__bench_seed": 1,
+        "record__path": record,
         "status__socket": "off",
     }
 

@@ -61,8 +61,10 @@ def test_where_the_rover_only_stood_or_turned_there_is_no_way_back(poses):
     assert len(driven(poses).back(0.3).stations) == 0
 
 
-@given(st.lists(st.tuples(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2), st.floats(-0.5, 0.5)), max_size=30),
-       st.floats(0.0, 2.0))
+@given(
+    st.lists(st.tuples(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2), st.floats(-0.5, 0.5)), max_size=30),
+    st.floats(0.0, 2.0),
+)
 def test_the_way_back_is_never_longer_than_asked(steps, way_m):
     poses = np.cumsum([(0.0, 0.0, 0.0), *steps], axis=0)
     assert driven(poses.tolist()).back(way_m).length_m <= way_m + 1e-9

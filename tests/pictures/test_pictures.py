@@ -45,9 +45,25 @@ def plan(kind="drive", choices=0):
     heights = np.where(sets >= NodeSet.OBSTACLE, HEIGHTS[:, :40], np.nan).astype(np.float32)
     none = np.empty((0, 2))
     return PlanPicture(
-        Grid(-1.9, -3.9, 0.2, 40, 40), heights, sets, np.empty((0, 0), np.float32), np.array([0, 0, 0, 0.3]),
-        np.array([10.0, 2.0]), kind, "R5", "because", 0.5, LINE[:10], none, LINE[:, :2], LINE[:20, :2],
-        "", np.empty((0, 4)), np.ones((choices, 4)), np.empty((0, 3)), none,
+        Grid(-1.9, -3.9, 0.2, 40, 40),
+        heights,
+        sets,
+        np.empty((0, 0), np.float32),
+        np.array([0, 0, 0, 0.3]),
+        np.array([10.0, 2.0]),
+        kind,
+        "R5",
+        "because",
+        0.5,
+        LINE[:10],
+        none,
+        LINE[:, :2],
+        LINE[:20, :2],
+        "",
+        np.empty((0, 4)),
+        np.ones((choices, 4)),
+        np.empty((0, 3)),
+        none,
     )
 
 
@@ -56,8 +72,15 @@ def test_paths_are_drawn_with_equal_axes_and_every_line_in_the_legend():
     axes = made.axes[0]
     assert axes.get_aspect() == 1
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("east, m", "north, m")
-    assert legend(made) == {"rocks", "local paths", "global path", "true way", "estimated way", "goal, within 0.3 m",
-                            "stops, numbered"}
+    assert legend(made) == {
+        "rocks",
+        "local paths",
+        "global path",
+        "true way",
+        "estimated way",
+        "goal, within 0.3 m",
+        "stops, numbered",
+    }
     width, height = size(png(made))
     assert 1.4 < width / height < 2.0
 

@@ -15,8 +15,13 @@ CHANNELS = st.builds(
 MESSAGES = st.one_of(
     st.builds(Hello, NAMES),
     st.builds(Welcome, COUNTS, COUNTS),
-    st.builds(Tick, COUNTS, COUNTS, st.lists(CHANNELS, max_size=4).map(tuple),
-              st.lists(st.floats(allow_nan=False), max_size=7).map(tuple)),
+    st.builds(
+        Tick,
+        COUNTS,
+        COUNTS,
+        st.lists(CHANNELS, max_size=4).map(tuple),
+        st.lists(st.floats(allow_nan=False), max_size=7).map(tuple),
+    ),
     st.builds(Done, COUNTS, COUNTS, st.dictionaries(NAMES, COUNTS, max_size=4), st.lists(NAMES, max_size=3).map(tuple)),
     st.builds(Stop, NAMES),
 )

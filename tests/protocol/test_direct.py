@@ -169,8 +169,14 @@ def test_words_with_a_wrong_tag_an_unknown_key_or_of_the_other_direction_are_non
         bent = bytearray(good)
         bent[bit // 8] ^= 1 << bit % 8
         assert table.receive(bytes(bent), HERE, 0) == (False, None)
-    for other in (good[:-1], good + b"\0", b"", frame(Said(Word.HELLO, 9, 1, bytes(16)), key),
-                  frame(Said(Word.HELLO, 0, 1, bytes(16)), key), frame(Said(Word.LISTENING, 1, 1, bytes(16)), key)):
+    for other in (
+        good[:-1],
+        good + b"\0",
+        b"",
+        frame(Said(Word.HELLO, 9, 1, bytes(16)), key),
+        frame(Said(Word.HELLO, 0, 1, bytes(16)), key),
+        frame(Said(Word.LISTENING, 1, 1, bytes(16)), key),
+    ):
         assert table.receive(other, HERE, 0) == (False, None)
     assert table.receive(good, HERE, 0)[0]
     assert not Caller(KEYS, 1, 5).receive(good, 0)

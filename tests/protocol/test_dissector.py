@@ -39,8 +39,12 @@ def read(tmp_path, packets: list[bytes], link_type: int = USER0) -> list[dict]:
     """Per packet: each field of ours or of MAVLink's by name, with all its values as tshark shows them."""
     file = tmp_path / "capture.pcap"
     file.write_bytes(pcap(packets, link_type))
-    done = subprocess.run([TSHARK, "-r", file, "-X", f"lua_script:{make_dissector.TARGET}", "-T", "ek"],
-                          capture_output=True, text=True, timeout=300)
+    done = subprocess.run(
+        [TSHARK, "-r", file, "-X", f"lua_script:{make_dissector.TARGET}", "-T", "ek"],
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
     assert done.returncode == 0, done.stderr
     assert "Lua" not in done.stderr.replace("lua_script", ""), done.stderr
     found = []
@@ -94,11 +98,20 @@ def test_the_header_and_every_command_are_read_as_they_were_sent(tmp_path):
     for n, row in enumerate(commands.TABLE):
         arguments = TYPED.get(row.name) or commands.parse([*row.typed.split(), *row.example.split()])[1]
         sent.append((row, arguments))
-        packets.append(up(Kind.TELECOMMAND, commands.encode(
-            commands.Telecommand(900 + n, 11, 13, row.name, arguments, 17)), 1000 + n))
+        packets.append(
+            up(
+                Kind.TELECOMMAND,
+                commands.encode(commands.Telecommand(900 + n, 11, 13, row.name, arguments, 17)),
+                1000 + n,
+            )
+        )
     for n, (fields, (row, arguments)) in enumerate(zip(read(tmp_path, packets), sent)):
         assert [one(fields, f"eldorado.header.{name}") for name in ("kind", "key_id", "counter", "boot_id")] == [
-            "4", "2", str(1000 + n), "5"]
+            "4",
+            "2",
+            str(1000 + n),
+            "5",
+        ]
         assert one(fields, "eldorado.telecommand.request_id") == str(900 + n)
         assert one(fields, "eldorado.telecommand.command") == str(row.id)
         assert [one(fields, f"telecommand.{name}_ns") for name in ("issued", "expiry", "start")] == ["11", "13", "17"]
@@ -132,12 +145,20 @@ def test_reports_chunks_bitmaps_and_acknowledgements_are_read(tmp_path):
     heard = events.EventReceiver()
     for serial in (1, 2, 5):
         heard.receive(serial)
-    packets = [down(Kind.REPORT, transactions.encode_report(report)),
-               *(down(Kind.BULK_CHUNK, chunk) for chunk in chunks[:2]),
-               up(Kind.BULK_BITMAP, bitmap), up(Kind.REPORT, heard.send(0)[0])]
+    packets = [
+        down(Kind.REPORT, transactions.encode_report(report)),
+        *(down(Kind.BULK_CHUNK, chunk) for chunk in chunks[:2]),
+        up(Kind.BULK_BITMAP, bitmap),
+        up(Kind.REPORT, heard.send(0)[0]),
+    ]
     told = read(tmp_path, packets)
     assert [one(told[0], f"report.{name}") for name in ("request_id", "station", "state", "code", "text")] == [
-        "41", "2", "6", "2", report.text]
+        "41",
+        "2",
+        "6",
+        "2",
+        report.text,
+    ]
     values = next(values for key, values in told[0].items() if key.endswith("report_value"))
     assert [float(v) for v in values] == [1.5, -2.0]
     assert one(told[0], "header.counter") == str(1 << 33)
@@ -153,11 +174,14 @@ def test_reports_chunks_bitmaps_and_acknowledgements_are_read(tmp_path):
 @needs_tshark
 def test_a_bundle_of_the_rover_s_messages_is_read_message_by_message(tmp_path):
     writer = dialect.MAVLink(None)
-    bundle = b"".join(message.pack(writer) for message in (
-        writer.rover_state_encode(1234, 0, 1.0, 2.0, 3.0, 0.1, 0.2, 0.3, 4, 2, 1),
-        writer.local_position_ned_encode(1234, 3.0, 12.0, -0.5, 0.0, 0.0, 0.0),
-        writer.event_encode(5_000_000, 9, 4, b"HAZARD", b"a hole ahead"),
-    ))
+    bundle = b"".join(
+        message.pack(writer)
+        for message in (
+            writer.rover_state_encode(1234, 0, 1.0, 2.0, 3.0, 0.1, 0.2, 0.3, 4, 2, 1),
+            writer.local_position_ned_encode(1234, 3.0, 12.0, -0.5, 0.0, 0.0, 0.0),
+            writer.event_encode(5_000_000, 9, 4, b"HAZARD", b"a hole ahead"),
+        )
+    )
     fields = read(tmp_path, [down(Kind.MAVLINK, bundle)])[0]
     assert float(one(fields, "ROVER_STATE_goal_north")) == 2.0
     assert float(one(fields, "LOCAL_POSITION_NED_y")) == 12.0

@@ -126,22 +126,33 @@ def test_every_request_is_executed_at_most_once_and_its_outcome_is_true(up_fates
 
 def test_a_request_that_was_under_way_when_the_rover_restarted_ends_with_that_and_a_stop_is_asked_of_the_new_one():
     ground = Requester(1)
-    goto, stop, later = (ground.request(name, given, 0) for name, given in (
-        ("goto", {"x_m": 1.0, "y_m": 0.0}), ("stop", {}), ("scan", {})))
+    goto, stop, later = (
+        ground.request(name, given, 0)
+        for name, given in (("goto", {"x_m": 1.0, "y_m": 0.0}), ("stop", {}), ("scan", {}))
+    )
     ground.requests[later].next_ns = 9 * S
     assert len(ground.send(0)) == 2
     ground.receive(encode_report(Report(goto, 1, 1, State.STARTED)), S)
     ground.rover_booted(7, 2 * S)
     assert ground.requests[goto].report[3:6] == (
-        State.FAILED, Code.RESTARTED, "the rover restarted (boot 7) before its outcome was heard; until then: started")
+        State.FAILED,
+        Code.RESTARTED,
+        "the rover restarted (boot 7) before its outcome was heard; until then: started",
+    )
     asked = [commands.decode(payload).name for payload in ground.send(20 * S)]
     assert asked == ["stop", "scan"]
     assert ground.requests[stop].state is State.REQUESTED
 
 
 @settings(max_examples=60, deadline=None, derandomize=True)
-@given(FATES, FATES, st.integers(1, 3000), st.sets(st.integers(5, 120), max_size=2),
-       st.sets(st.integers(5, 120), max_size=2), st.integers(0, 99))
+@given(
+    FATES,
+    FATES,
+    st.integers(1, 3000),
+    st.sets(st.integers(5, 120), max_size=2),
+    st.sets(st.integers(5, 120), max_size=2),
+    st.integers(0, 99),
+)
 def test_an_object_arrives_as_it_was_whoever_restarts(up_fates, down_fates, size, sender_off, receiver_off, seed):
     data = bytes((seed * 7 + k * k * 31 + (k >> 8)) & 0xFF for k in range(size))
     up, down = Rough([*up_fates, (1, 0)]), Rough([*down_fates, (1, 0)])

@@ -53,7 +53,9 @@ def test_what_lets_nothing_move_is_done_however_late_it_comes():
     rover = Executor()
     rover.receive(1, asked(8, "stop"), S, Mode.STANDBY)
     assert [rover.receive(1, asked(n, name), S, Mode.STANDBY).name for n, name in ((6, "status"), (7, "safe"))] == [
-        "status", "safe"]
+        "status",
+        "safe",
+    ]
 
 
 def test_a_request_that_waits_for_its_time_and_comes_after_the_stop_does_not_begin_to_wait():
@@ -150,8 +152,10 @@ def test_in_every_order_nothing_older_than_a_halt_is_done_after_it_and_what_is_n
 def test_all_orders_of_a_goto_a_stop_and_a_resume_leave_the_rover_where_the_newest_says():
     sealer = Sealer(KEYS.command.key(1), 1, 5)
     names = ("goto", "resume", "safe", "goto")
-    sealed = [sealer.seal_halt(asked(n, name)) if name in HALTING else sealer.seal(Kind.TELECOMMAND, asked(n, name))
-              for n, name in enumerate(names, 1)]
+    sealed = [
+        sealer.seal_halt(asked(n, name)) if name in HALTING else sealer.seal(Kind.TELECOMMAND, asked(n, name))
+        for n, name in enumerate(names, 1)
+    ]
     for order in itertools.permutations(range(4)):
         rover = LooseRover()
         done = [request_id for n in order for request_id, _ in rover.orders(sealed[n])]

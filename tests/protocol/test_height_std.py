@@ -12,8 +12,11 @@ from protocol import WireError
 from protocol.products import MapGrid
 from protocol.products.height_std import HeightStd, decode_height_std, encode_height_std
 
-DEVIATIONS = hnp.arrays(np.float32, st.tuples(st.integers(1, 9), st.integers(1, 9)),
-                        elements=st.one_of(st.just(np.nan), st.floats(0.0, 40.0, width=32)))
+DEVIATIONS = hnp.arrays(
+    np.float32,
+    st.tuples(st.integers(1, 9), st.integers(1, 9)),
+    elements=st.one_of(st.just(np.nan), st.floats(0.0, 40.0, width=32)),
+)
 
 
 def product_of(std_m):

@@ -196,8 +196,13 @@ def test_every_kind_opens_and_the_numbers_beside_them_do_not():
 
 def test_key_ids_and_epochs_are_bytes():
     assert link.Keyring(link.KEY_UP, {0: bytes(32), 255: bytes(32)}, (0, 255)).key(255, 255)
-    for secrets, epochs in (({256: bytes(32)}, (0,)), ({-1: bytes(32)}, (0,)), ({1: bytes(31)}, (0,)),
-                            ({1: bytes(32)}, (256,)), ({1: bytes(32)}, (-1,))):  # fmt: skip
+    for secrets, epochs in (
+        ({256: bytes(32)}, (0,)),
+        ({-1: bytes(32)}, (0,)),
+        ({1: bytes(31)}, (0,)),
+        ({1: bytes(32)}, (256,)),
+        ({1: bytes(32)}, (-1,)),
+    ):
         with pytest.raises(ValueError, match="a keyring needs"):
             link.Keyring(link.KEY_UP, secrets, epochs)
 

@@ -15,9 +15,21 @@ count = st.integers(0, 2**32 - 1)
 word = st.text(max_size=60)
 places = st.builds(Place, cell, cell, *[number] * 9)
 explanations = st.builds(
-    Explanation, st.integers(0, 0xFFFF), st.tuples(number, number, number), st.tuples(number, number),
-    st.tuples(number, number, number), number, st.tuples(number, number), word, word, word, word, count, count,
-    st.lists(places, max_size=6).map(tuple), st.dictionaries(word, count, max_size=4),
+    Explanation,
+    st.integers(0, 0xFFFF),
+    st.tuples(number, number, number),
+    st.tuples(number, number),
+    st.tuples(number, number, number),
+    number,
+    st.tuples(number, number),
+    word,
+    word,
+    word,
+    word,
+    count,
+    count,
+    st.lists(places, max_size=6).map(tuple),
+    st.dictionaries(word, count, max_size=4),
 )
 CHOSEN = Explanation(
     2, (1.0, 2.0, 0.5), (12.0, 3.0), (4.0, 2.5, 0.7), 3.2, (1.0, 0.5), "explore", "drive", "R10", "the way shrinks",

@@ -12,8 +12,11 @@ from protocol.products.pose_map import PoseMap, decode_poses, encode_poses
 
 FREEDOM = hnp.arrays(np.uint8, st.tuples(st.just(8), st.integers(1, 9), st.integers(1, 9)), elements=st.integers(0, 2))
 PLACES = st.lists(st.tuples(st.floats(-99, 99, width=32), st.floats(-99, 99, width=32)), max_size=3).map(tuple)
-HEIGHTS = hnp.arrays(np.float32, st.tuples(st.integers(1, 7), st.integers(1, 7)),
-                     elements=st.one_of(st.just(np.nan), st.floats(-50, 50, width=32)))
+HEIGHTS = hnp.arrays(
+    np.float32,
+    st.tuples(st.integers(1, 7), st.integers(1, 7)),
+    elements=st.one_of(st.just(np.nan), st.floats(-50, 50, width=32)),
+)
 
 
 @settings(deadline=None, max_examples=60)

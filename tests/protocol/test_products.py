@@ -27,8 +27,9 @@ def terrain(size: int = 200, sigma_m: float = 0.25, seed: int = 1) -> np.ndarray
 
 def product(heights: np.ndarray, sets: np.ndarray | None = None) -> LdemProduct:
     rows, columns = heights.shape
-    return LdemProduct(MapGrid(-9.95, -4.95, 0.1, rows, columns), heights,
-                       np.zeros(heights.shape, np.uint8) if sets is None else sets)
+    return LdemProduct(
+        MapGrid(-9.95, -4.95, 0.1, rows, columns), heights, np.zeros(heights.shape, np.uint8) if sets is None else sets
+    )
 
 
 def off_m(a: np.ndarray, b: np.ndarray) -> float:

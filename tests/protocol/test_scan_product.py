@@ -25,8 +25,17 @@ def room(lines=464, beams=521, noise_m=0.03, seed=1, hidden=0.18) -> ScanProduct
     start_ns = 4_000_000_000 + LINE_NS * np.arange(lines, dtype=np.int64) + generator.integers(-9, 9, lines)
     tilt_ns = 3_900_000_000 + np.cumsum(generator.integers(4_900_000, 5_100_000, 5 * lines))
     return ScanProduct(
-        3, -1.13, 2.26 / max(1, beams - 1), ranges.astype(np.float32), status, start_ns, np.full(lines, 17361.1),
-        tilt_ns, np.interp(tilt_ns, start_ns, tilt), np.diag([1.0, -1.0, -1.0, 1.0]), np.eye(4),
+        3,
+        -1.13,
+        2.26 / max(1, beams - 1),
+        ranges.astype(np.float32),
+        status,
+        start_ns,
+        np.full(lines, 17361.1),
+        tilt_ns,
+        np.interp(tilt_ns, start_ns, tilt),
+        np.diag([1.0, -1.0, -1.0, 1.0]),
+        np.eye(4),
     )
 
 
@@ -34,17 +43,24 @@ def within_its_error(back: ScanProduct, sent: ScanProduct) -> bool:
     known = sent.status == 0
     off_m = np.abs(back.ranges_m.astype(np.float64) - sent.ranges_m)[known]
     return (
-        np.array_equal(back.status, sent.status) and np.array_equal(np.isnan(back.ranges_m), ~known)
+        np.array_equal(back.status, sent.status)
+        and np.array_equal(np.isnan(back.ranges_m), ~known)
         and off_m.max(initial=0) <= RANGE_OFF_M
         and np.abs(back.tilt_rad - sent.tilt_rad).max(initial=0) <= TILT_OFF_RAD
         and np.abs(back.tilt_ns - sent.tilt_ns).max(initial=0) <= TIME_OFF_NS
         and np.abs(back.start_ns - sent.start_ns).max(initial=0) <= TIME_OFF_NS
-    )  # fmt: skip
+    )
 
 
 def exact(scan: ScanProduct) -> tuple:
-    return (scan.stop, scan.first_angle_rad, scan.step_rad, scan.beam_ns.tolist(), scan.T_map_base.tolist(),
-            scan.T_base_scanner.tolist())
+    return (
+        scan.stop,
+        scan.first_angle_rad,
+        scan.step_rad,
+        scan.beam_ns.tolist(),
+        scan.T_map_base.tolist(),
+        scan.T_base_scanner.tolist(),
+    )
 
 
 def test_200_thousand_noisy_points_take_at_most_170_kb_at_1_mm():
@@ -72,17 +88,28 @@ def test_packing_what_was_unpacked_gives_the_same_ranges_and_times_to_the_bit():
 
 @settings(max_examples=60, deadline=None, derandomize=True)
 @given(
-    st.integers(1, 9), st.integers(1, 9), st.integers(0, 12), st.floats(0, 1), st.integers(0, 2**16),
+    st.integers(1, 9),
+    st.integers(1, 9),
+    st.integers(0, 12),
+    st.floats(0, 1),
+    st.integers(0, 2**16),
     st.sampled_from([0.01, 3.0, 60.0]),
 )
 def test_any_shape_mask_and_range_comes_back_within_the_stated_error(lines, beams, samples, share, seed, far_m):
     generator = np.random.default_rng(seed)
     status = (generator.random((lines, beams)) < share).astype(np.uint8) * generator.integers(1, 5)
     sent = ScanProduct(
-        seed, 0.1, 0.2, np.where(status == 0, generator.uniform(0, far_m, status.shape), np.nan).astype(np.float32),
-        status, generator.integers(0, 2**50, lines), generator.uniform(0, 1e5, lines),
-        np.sort(generator.integers(0, 2**50, samples)), generator.uniform(-3, 3, samples),
-        np.vstack([generator.normal(size=(3, 4)), [0, 0, 0, 1]]), np.eye(4),
+        seed,
+        0.1,
+        0.2,
+        np.where(status == 0, generator.uniform(0, far_m, status.shape), np.nan).astype(np.float32),
+        status,
+        generator.integers(0, 2**50, lines),
+        generator.uniform(0, 1e5, lines),
+        np.sort(generator.integers(0, 2**50, samples)),
+        generator.uniform(-3, 3, samples),
+        np.vstack([generator.normal(size=(3, 4)), [0, 0, 0, 1]]),
+        np.eye(4),
     )
     back = decode_scan(encode_scan(sent))
     assert within_its_error(back, sent)

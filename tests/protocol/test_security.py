@@ -274,7 +274,8 @@ def test_a_stop_does_not_wait_for_an_ill_disk_and_says_so(tmp_path):
     assert (message.accepted, message.verdict) == (True, "unkept")
     rover.core.receive([message], S)
     assert [n.text for n in rover.core.notices] == [
-        "the mark of a command of station 1 is not kept: others could send it again after a restart"]
+        "the mark of a command of station 1 is not kept: others could send it again after a restart"
+    ]
 
 
 def test_a_stop_waits_for_its_mark_and_for_a_slow_disk_only_so_long(tmp_path):

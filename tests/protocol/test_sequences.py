@@ -21,21 +21,24 @@ def test_what_is_left_out_is_no_wait_no_condition_and_stop():
     assert parse("after 10").name == ""
 
 
-@pytest.mark.parametrize(("line", "words"), [
-    ("", "an empty step"),
-    ("or continue", "an empty step"),
-    ("after soon scan", "`after soon` should be 0 to 86400 seconds"),
-    ("until voltage > 24 within 5 scan", "unknown item `voltage`; did you mean `voltage_v`?"),
-    ("until voltage_v > 24 scan", "should be `until ITEM < or <= or = or >= or > VALUE within SECONDS`"),
-    ("until voltage_v ! 24 within 5 scan", "should be `until ITEM"),
-    ("or retry scan", "unknown policy `retry`; known: stop, continue, safe"),
-    ("gogo 1 2", "did you mean `goto`"),
-    ("goto 1", "`y_m` is missing"),
-    ("stop", "stop is not for a sequence"),
-    ("reboot", "reboot is not for a sequence"),
-    ("sequence run other", "sequence run is not for a sequence"),
-    ("resume", "resume is refused in STANDBY: it needs SAFE"),
-])
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("", "an empty step"),
+        ("or continue", "an empty step"),
+        ("after soon scan", "`after soon` should be 0 to 86400 seconds"),
+        ("until voltage > 24 within 5 scan", "unknown item `voltage`; did you mean `voltage_v`?"),
+        ("until voltage_v > 24 scan", "should be `until ITEM < or <= or = or >= or > VALUE within SECONDS`"),
+        ("until voltage_v ! 24 within 5 scan", "should be `until ITEM"),
+        ("or retry scan", "unknown policy `retry`; known: stop, continue, safe"),
+        ("gogo 1 2", "did you mean `goto`"),
+        ("goto 1", "`y_m` is missing"),
+        ("stop", "stop is not for a sequence"),
+        ("reboot", "reboot is not for a sequence"),
+        ("sequence run other", "sequence run is not for a sequence"),
+        ("resume", "resume is refused in STANDBY: it needs SAFE"),
+    ],
+)
 def test_a_bad_step_says_what_is_allowed(line, words):
     with pytest.raises(ValueError) as caught:
         parse(line)

@@ -23,8 +23,14 @@ from protocol.ccsds.space_packets import (
 from protocol.tables.commands import TABLE as COMMANDS
 
 S = 1_000_000_000
-packets = st.builds(Packet, st.integers(0, 1), st.integers(0, 0x7FF), st.integers(0, 0x3FFF),
-                    st.binary(min_size=1, max_size=300), st.booleans())
+packets = st.builds(
+    Packet,
+    st.integers(0, 1),
+    st.integers(0, 0x7FF),
+    st.integers(0, 0x3FFF),
+    st.binary(min_size=1, max_size=300),
+    st.booleans(),
+)
 
 
 def test_a_header_is_laid_out_as_133_0_b_has_it():

@@ -42,7 +42,9 @@ def test_every_command_crosses_the_wire_unchanged(row):
 def longest(argument):
     text = max(argument.known, key=len) if argument.known else "x" * argument.most
     return {
-        Kind.NUMBER: argument.high, Kind.CHOICE: (argument.choices or ("",))[-1], Kind.TEXT: text,
+        Kind.NUMBER: argument.high,
+        Kind.CHOICE: (argument.choices or ("",))[-1],
+        Kind.TEXT: text,
         Kind.POINTS: (argument.low, argument.high) * argument.most,
     }[argument.kind]
 
@@ -58,7 +60,9 @@ def test_the_longest_of_every_command_fits_a_datagram_of_the_slowest_profile(row
 def test_what_is_out_of_bounds_is_refused_by_its_argument_and_name(row):
     for argument in row.arguments:
         bad = {
-            Kind.NUMBER: argument.high + 1.0, Kind.CHOICE: "nothing", Kind.TEXT: "x" * (argument.most + 1),
+            Kind.NUMBER: argument.high + 1.0,
+            Kind.CHOICE: "nothing",
+            Kind.TEXT: "x" * (argument.most + 1),
             Kind.POINTS: (0.0, 0.0) * (argument.most + 1),
         }[argument.kind]
         with pytest.raises(ValueError, match=f"^{row.name}: `{argument.name}` = .* should be "):
@@ -77,21 +81,26 @@ def test_points_cross_the_wire_to_half_a_millimetre(points):
 
 def test_what_a_person_types_is_read_by_the_row_angles_in_degrees():
     assert commands.parse(["faults", "mask", "NODE_LOST", "60"]) == (
-        "faults_mask", {"fault": "NODE_LOST", "lasting_s": 60.0})
+        "faults_mask",
+        {"fault": "NODE_LOST", "lasting_s": 60.0},
+    )
     assert commands.parse(["emergency-stop"]) == ("emergency_stop", {})
     assert commands.parse(["drive", "0.1", "0", "-5", "20", "1"])[1]["yaw_radps"] == pytest.approx(-math.radians(5))
     assert commands.parse(["mission", "1", "2", "-3", "-4"])[1]["goals_m"] == (1.0, 2.0, -3.0, -4.0)
 
 
-@pytest.mark.parametrize(("line", "words"), [
-    ("faults", "unknown faults command ``; known: list, clear, mask"),
-    ("faults musk X 60", "did you mean `mask`"),
-    ("mission 1 2 3", "1 to 16 pairs"),
-    ("turn 200", "turn: `heading_rad` = 200 degrees should be -180 to 180 degrees"),
-    ("faults clear ENCODER_BED", "unknown fault `ENCODER_BED`; did you mean `ENCODER_BAD`?"),
-    ("mission 4 0 8", "`goals_m` = 4 0 8, of which 8 is alone, should be 1 to 16 pairs"),
-    ("stop now", "stop takes nothing, found now"),
-])
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("faults", "unknown faults command ``; known: list, clear, mask"),
+        ("faults musk X 60", "did you mean `mask`"),
+        ("mission 1 2 3", "1 to 16 pairs"),
+        ("turn 200", "turn: `heading_rad` = 200 degrees should be -180 to 180 degrees"),
+        ("faults clear ENCODER_BED", "unknown fault `ENCODER_BED`; did you mean `ENCODER_BAD`?"),
+        ("mission 4 0 8", "`goals_m` = 4 0 8, of which 8 is alone, should be 1 to 16 pairs"),
+        ("stop now", "stop takes nothing, found now"),
+    ],
+)
 def test_what_is_typed_wrong_is_named(line, words):
     with pytest.raises(ValueError) as caught:
         commands.parse(line.split())
@@ -122,15 +131,22 @@ def test_a_goto_without_heading_takes_53_bytes_and_comes_out_without():
     assert commands.decode(commands.encode(sent)).arguments == {"x_m": 1.0, "y_m": 2.0}
 
 
-@pytest.mark.parametrize(("name", "arguments", "words"), [
-    ("gote", {}, "unknown command `gote`; did you mean `goto`"),
-    ("goto", {"x_m": 1}, "`y_m` is missing (-10000 to 10000 m)"),
-    ("goto", {"x_m": 1, "y_m": 2, "z_m": 3}, "unknown argument `z_m`; takes x_m, y_m, heading_rad"),
-    ("goto", {"x_m": 1, "y_m": math.nan}, "`y_m` = nan should be"),
-    ("goto", {"x_m": True, "y_m": 1}, "`x_m` = True should be"),
-    ("goto", {"x_m": 1, "y_m": 1, "heading_rad": 4}, "`heading_rad` = 229.183 degrees should be -180 to 180 degrees"),
-    ("get", {"product": "moon"}, "`product` = 'moon' should be one of ldem"),
-])
+@pytest.mark.parametrize(
+    ("name", "arguments", "words"),
+    [
+        ("gote", {}, "unknown command `gote`; did you mean `goto`"),
+        ("goto", {"x_m": 1}, "`y_m` is missing (-10000 to 10000 m)"),
+        ("goto", {"x_m": 1, "y_m": 2, "z_m": 3}, "unknown argument `z_m`; takes x_m, y_m, heading_rad"),
+        ("goto", {"x_m": 1, "y_m": math.nan}, "`y_m` = nan should be"),
+        ("goto", {"x_m": True, "y_m": 1}, "`x_m` = True should be"),
+        (
+            "goto",
+            {"x_m": 1, "y_m": 1, "heading_rad": 4},
+            "`heading_rad` = 229.183 degrees should be -180 to 180 degrees",
+        ),
+        ("get", {"product": "moon"}, "`product` = 'moon' should be one of ldem"),
+    ],
+)
 def test_what_is_wrong_is_named_with_what_is_allowed(name, arguments, words):
     with pytest.raises(ValueError) as caught:
         commands.check(name, arguments)
@@ -225,13 +241,16 @@ def test_a_point_3_east_4_north_5_up_is_4_north_3_east_5_up_in_ned():
     assert frd_from_flu(1.0, 2.0, 3.0) == (1.0, -2.0, -3.0)
 
 
-@pytest.mark.parametrize(("ours_deg", "theirs_deg"), [
-    ((0, 0, 0), (0, 0, 90)),  # looking east
-    ((0, 0, 90), (0, 0, 0)),  # north
-    ((0, 0, 180), (0, 0, -90)),  # west
-    ((0, 0, -90), (0, 0, 180)),  # south
-    ((10, 20, 45), (10, -20, 45)),  # right side down, nose down, north-east
-])
+@pytest.mark.parametrize(
+    ("ours_deg", "theirs_deg"),
+    [
+        ((0, 0, 0), (0, 0, 90)),  # looking east
+        ((0, 0, 90), (0, 0, 0)),  # north
+        ((0, 0, 180), (0, 0, -90)),  # west
+        ((0, 0, -90), (0, 0, 180)),  # south
+        ((10, 20, 45), (10, -20, 45)),  # right side down, nose down, north-east
+    ],
+)
 def test_headings_and_tilts_worked_by_hand(ours_deg, theirs_deg):
     ours = tuple(math.radians(a) for a in ours_deg)
     assert np.degrees(ned_angles(*ours)) == pytest.approx(theirs_deg)
@@ -240,8 +259,11 @@ def test_headings_and_tilts_worked_by_hand(ours_deg, theirs_deg):
 
 def rotation(roll, pitch, yaw):
     cr, sr, cp, sp, cy, sy = (f(a) for a in (roll, pitch, yaw) for f in (math.cos, math.sin))
-    return (np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]]) @ np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
-            @ np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]]))
+    return (
+        np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
+        @ np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+        @ np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    )
 
 
 def test_the_angles_agree_with_the_matrices_of_both_frames():

@@ -124,11 +124,19 @@ def _errors(found: Estimate, built: Rover) -> tuple[float, ...]:
     steer = np.degrees([off[f"steer_{n}_offset_rad"] for n in (1, 2, 3, 4)])
     pattern = {name: abs(float(steer @ signs)) / 4 for name, signs in PATTERNS.items()}
     tilts = {unit: math.degrees(math.hypot(off[f"{unit}_roll_rad"], off[f"{unit}_pitch_rad"])) for unit in UNITS}
-    return tuple(round(float(v), 3) for v in (
-        1000 * abs(off["wheel_radius_m"]), 1000 * float(np.linalg.norm([off[f"lidar_{axis}_m"] for axis in "xyz"])),
-        tilts["lidar"], abs(float(np.degrees(off["lidar_yaw_rad"]))), tilts["imu"], pattern["mean"],
-        max(pattern["front_rear"], pattern["left_right"]), max(abs(off[key]) / sigma[key] for key in CALIBRATED),
-    ))  # fmt: skip
+    return tuple(
+        round(float(v), 3)
+        for v in (
+            1000 * abs(off["wheel_radius_m"]),
+            1000 * float(np.linalg.norm([off[f"lidar_{axis}_m"] for axis in "xyz"])),
+            tilts["lidar"],
+            abs(float(np.degrees(off["lidar_yaw_rad"]))),
+            tilts["imu"],
+            pattern["mean"],
+            max(pattern["front_rear"], pattern["left_right"]),
+            max(abs(off[key]) / sigma[key] for key in CALIBRATED),
+        )
+    )
 
 
 def judge(rows: Sequence[Row]) -> list[str]:
@@ -138,12 +146,17 @@ def judge(rows: Sequence[Row]) -> list[str]:
         if row.outcome != "calibrated":
             short.append(f"seed {row.seed}: {row.outcome}")
             continue
-        short += [f"seed {row.seed}: {name} is {getattr(row, name)}, at most {limit}"
-                  for name, limit in LIMITS.items() if getattr(row, name) > limit]  # fmt: skip
+        short += [
+            f"seed {row.seed}: {name} is {getattr(row, name)}, at most {limit}"
+            for name, limit in LIMITS.items()
+            if getattr(row, name) > limit
+        ]
         if row.way_after_mm > row.way_built_mm + OVER_BUILT_MM:
             short.append(f"seed {row.seed}: odometry is {row.way_after_mm} mm off, at best {row.way_built_mm}")
-    before_mm, after_mm = (math.sqrt(sum(way * way for way in ways)) for ways in (
-        [row.way_before_mm for row in flown], [row.way_after_mm for row in flown]))
+    before_mm, after_mm = (
+        math.sqrt(sum(way * way for way in ways))
+        for ways in ([row.way_before_mm for row in flown], [row.way_after_mm for row in flown])
+    )
     if flown and after_mm > BETTER_RATIO * before_mm:
         short.append(f"odometry over all {len(flown)} is {after_mm / before_mm:.2f} of what it was off")
     return short

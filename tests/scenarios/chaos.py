@@ -71,8 +71,11 @@ class Row:
 
     def truth(self, at_s: float) -> frozenset[str]:
         """Return the faults that a hostility caused at this time."""
-        rows = (HOSTILITIES[kind].raises for kind, begin_s, end_s in zip(self.kinds, self.begun_s, self.ended_s)
-                if begin_s <= at_s <= end_s + ECHO_S)
+        rows = (
+            HOSTILITIES[kind].raises
+            for kind, begin_s, end_s in zip(self.kinds, self.begun_s, self.ended_s)
+            if begin_s <= at_s <= end_s + ECHO_S
+        )
         return frozenset().union(*rows)
 
 
@@ -81,9 +84,15 @@ def drawn(seed: int) -> list[Attack]:
     rng = np.random.default_rng([seed, 0xC4A05])
     kinds = rng.choice(np.array(sorted(HOSTILITIES)), COUNT, replace=False).tolist()
     begins_s = np.sort(rng.uniform(EARLIEST_S, LATEST_S, COUNT)).round(2).tolist()
-    return [Attack(kind, begin_s, round(float(rng.uniform(*HOSTILITIES[kind].lasts_s)), 2),
-                   np.random.default_rng([seed, n, 0xC4A05]))
-            for n, (kind, begin_s) in enumerate(zip(kinds, begins_s))]
+    return [
+        Attack(
+            kind,
+            begin_s,
+            round(float(rng.uniform(*HOSTILITIES[kind].lasts_s)), 2),
+            np.random.default_rng([seed, n, 0xC4A05]),
+        )
+        for n, (kind, begin_s) in enumerate(zip(kinds, begins_s))
+    ]
 
 
 def fly(seed: int) -> Row:
@@ -115,13 +124,23 @@ def _row(siege: Siege, watch: Watch, outcome: str, over_s: float, replay: tuple[
     x_m, y_m, _ = siege.state.position_m.tolist()
     begun = siege.attacks
     return Row(
-        siege.scenario.seed, tuple(a.name for a in begun), tuple(a.begin_s for a in begun),
-        tuple(a.ended_s for a in begun), tuple(a.felt for a in begun), outcome, named(outcome), over_s,
-        round(math.dist((x_m, y_m), siege.field.goal_m), 3), round(watch.max_error_m, 3),
+        siege.scenario.seed,
+        tuple(a.name for a in begun),
+        tuple(a.begin_s for a in begun),
+        tuple(a.ended_s for a in begun),
+        tuple(a.felt for a in begun),
+        outcome,
+        named(outcome),
+        over_s,
+        round(math.dist((x_m, y_m), siege.field.goal_m), 3),
+        round(watch.max_error_m, 3),
         tuple(contact_words(contact) for contact in siege.truth.contacts),
-        tuple(event.text.partition(":")[0] for event in told), tuple(_seconds(event) for event in told),
-        *replay, round(siege.progress.way_m, 2), siege.progress.sweeps,
-    )  # fmt: skip
+        tuple(event.text.partition(":")[0] for event in told),
+        tuple(_seconds(event) for event in told),
+        *replay,
+        round(siege.progress.way_m, 2),
+        siege.progress.sweeps,
+    )
 
 
 def _seconds(event: Event) -> float:
@@ -140,8 +159,11 @@ def true_reason(row: Row) -> bool:
 
 def _may_end(row: Row) -> frozenset[str]:
     """Return the faults that could end the mission when it ended: `ends` of the hostilities around that time."""
-    rows = (HOSTILITIES[kind].ends for kind, begin_s, end_s in zip(row.kinds, row.begun_s, row.ended_s)
-            if begin_s <= row.over_s <= end_s + ECHO_S)
+    rows = (
+        HOSTILITIES[kind].ends
+        for kind, begin_s, end_s in zip(row.kinds, row.begun_s, row.ended_s)
+        if begin_s <= row.over_s <= end_s + ECHO_S
+    )
     return frozenset().union(*rows)
 
 
@@ -154,10 +176,16 @@ def broken(row: Row) -> list[str]:
         short.append(f"{who}: ended {row.to_goal_m} m from the goal, and not for the reason told: {row.outcome}")
     if row.contacts:
         short.append(f"{who} touched {len(row.contacts)} times, first {row.contacts[0]}")
-    short += [f"{who}: {name} at {at_s:.1f} s, which no hostility raises" for name, at_s in zip(row.faults, row.told_s)
-              if name not in row.truth(at_s)]
-    short += [f"{who}: {kind} was not felt" for kind, felt, end_s in zip(row.kinds, row.felt, row.ended_s)
-              if not felt and not (HOSTILITIES[kind].in_sweep and end_s > row.over_s)]  # after a mission no sweep runs
+    short += [
+        f"{who}: {name} at {at_s:.1f} s, which no hostility raises"
+        for name, at_s in zip(row.faults, row.told_s)
+        if name not in row.truth(at_s)
+    ]
+    short += [
+        f"{who}: {kind} was not felt"
+        for kind, felt, end_s in zip(row.kinds, row.felt, row.ended_s)
+        if not felt and not (HOSTILITIES[kind].in_sweep and end_s > row.over_s)
+    ]  # after a mission no sweep runs
     short += [f"{who}: {text}" for text in row.different]
     if not row.replayed and not row.different:
         short.append(f"{who}: its replay compared no tick")
@@ -187,10 +215,16 @@ def _line(name: str, rows: Sequence[Row]) -> tuple[str, ...]:
     told = sorted({fault for row in rows for fault in row.faults if fault in hostility.raises})
     by_it = sum(true_reason(row) and bool({*row.reasons} & hostility.ends) for row in rows)
     return (
-        f"`{name}`", hostility.means, _names(sorted(hostility.raises)),
-        _names(sorted(hostility.ends)), str(len(rows)),
-        str(sum(row.arrived for row in rows)), str(by_it), str(min(felt)) if felt else "-", _names(told),
-    )  # fmt: skip
+        f"`{name}`",
+        hostility.means,
+        _names(sorted(hostility.raises)),
+        _names(sorted(hostility.ends)),
+        str(len(rows)),
+        str(sum(row.arrived for row in rows)),
+        str(by_it),
+        str(min(felt)) if felt else "-",
+        _names(told),
+    )
 
 
 def _names(names: Sequence[str]) -> str:

@@ -82,21 +82,33 @@ def with_losses(bench: InMemory, ratio: float | None) -> InMemory:
 
 
 def ended(
-    bench: InMemory, watch: Watch, seed: int, goal_m: tuple[float, float], outcome: str,
+    bench: InMemory,
+    watch: Watch,
+    seed: int,
+    goal_m: tuple[float, float],
+    outcome: str,
     errors_m: Sequence[float] = (),
-) -> Row:  # fmt: skip
+) -> Row:
     """Return the row of a finished flight."""
     events = [event.name for event in bench.events]
     x_m, y_m, _ = bench.state.position_m.tolist()
     return Row(
-        seed=seed, field=bench.scenario.seed, lost_ratio=bench.lidar.dropout_ratio, outcome=outcome,
-        to_goal_m=round(math.dist((x_m, y_m), goal_m), 3), max_error_m=round(watch.max_error_m, 3),
-        contacts=tuple(contact_words(contact) for contact in bench.truth.contacts), goals=len(errors_m),
-        goal_errors_m=tuple(round(error, 3) for error in errors_m), scans=bench.progress.sweeps,
-        registered=events.count("REGISTERED"), refused=events.count("REGISTRATION_REFUSED"),
-        way_m=round(bench.progress.way_m, 2), mission_s=bench.tick / 100,
+        seed=seed,
+        field=bench.scenario.seed,
+        lost_ratio=bench.lidar.dropout_ratio,
+        outcome=outcome,
+        to_goal_m=round(math.dist((x_m, y_m), goal_m), 3),
+        max_error_m=round(watch.max_error_m, 3),
+        contacts=tuple(contact_words(contact) for contact in bench.truth.contacts),
+        goals=len(errors_m),
+        goal_errors_m=tuple(round(error, 3) for error in errors_m),
+        scans=bench.progress.sweeps,
+        registered=events.count("REGISTERED"),
+        refused=events.count("REGISTRATION_REFUSED"),
+        way_m=round(bench.progress.way_m, 2),
+        mission_s=bench.tick / 100,
         faults=tuple(event.text for event in bench.events if event.name == "FAULT"),
-    )  # fmt: skip
+    )
 
 
 def contact_words(contact: Any) -> str:
@@ -144,13 +156,20 @@ def line(name: str, rows: Sequence[Row]) -> tuple[str, ...]:
     stopped = sum(true_reason(row) for row in rows)
     errors_m = [error for row in rows for error in row.goal_errors_m]
     return (
-        name, str(len(rows)), str(len(at_goal)), str(stopped), str(len(rows) - len(at_goal) - stopped),
-        str(sum(len(row.contacts) for row in rows)), _most(row.to_goal_m for row in at_goal),
-        _most(row.max_error_m for row in rows), _most(errors_m),
+        name,
+        str(len(rows)),
+        str(len(at_goal)),
+        str(stopped),
+        str(len(rows) - len(at_goal) - stopped),
+        str(sum(len(row.contacts) for row in rows)),
+        _most(row.to_goal_m for row in at_goal),
+        _most(row.max_error_m for row in rows),
+        _most(errors_m),
         f"{sum(row.registered for row in rows)}, {sum(row.refused for row in rows)}",
-        str(sum(len(row.faults) for row in rows)), f"{sum(row.way_m for row in rows):.0f}",
+        str(sum(len(row.faults) for row in rows)),
+        f"{sum(row.way_m for row in rows):.0f}",
         f"{sum(row.mission_s for row in rows):.0f}",
-    )  # fmt: skip
+    )
 
 
 def _most(values: Iterable[float]) -> str:

@@ -91,8 +91,18 @@ class Crossing:
         hazards = tuple(event.text for event in self.bench.events if event.name == "HAZARD")
         progress = self.bench.progress
         return Row(
-            self.seed, self.kind, "stopped" if self.stopped else outcome, round(self.at_m, 2), round(self.room_m, 3),
-            self.in_it, len(hazards), 0, round(progress.way_m, 2), progress.sweeps, hazards, self.bench.tick / 100,
+            self.seed,
+            self.kind,
+            "stopped" if self.stopped else outcome,
+            round(self.at_m, 2),
+            round(self.room_m, 3),
+            self.in_it,
+            len(hazards),
+            0,
+            round(progress.way_m, 2),
+            progress.sweeps,
+            hazards,
+            self.bench.tick / 100,
         )
 
     def _look(self, tick: int, inputs: Inputs, outputs: Outputs, rover: Rover, state: PlantState) -> None:
@@ -147,9 +157,18 @@ def _nominal(seed: int) -> Row:
     flight = bench.run(look)
     told = flight.requests[0].report if flight.requests else None
     return Row(
-        seed, "nominal", "arrived" if flight.arrived else flight.error or (told.text if told else "no outcome"), 0.0,
-        math.inf, False, len(whys), sum(not true for _, true in whys), round(flight.way_m, 2), flight.sweeps,
-        tuple(text for text, _ in whys), flight.bench_s,
+        seed,
+        "nominal",
+        "arrived" if flight.arrived else flight.error or (told.text if told else "no outcome"),
+        0.0,
+        math.inf,
+        False,
+        len(whys),
+        sum(not true for _, true in whys),
+        round(flight.way_m, 2),
+        flight.sweeps,
+        tuple(text for text, _ in whys),
+        flight.bench_s,
     )
 
 
@@ -166,12 +185,15 @@ def judge(rows: Sequence[Row]) -> list[str]:
     """Check that the guard stopped for each obstacle without a wheel on it, and rarely on the demo's fields."""
     short = [
         f"seed {row.seed}: the {row.kind} at {row.at_m} m: {'a wheel on it' if row.in_it else row.outcome}"
-        for row in rows if row.kind != "nominal" and (row.in_it or row.outcome != "stopped")
+        for row in rows
+        if row.kind != "nominal" and (row.in_it or row.outcome != "stopped")
     ]
     nominal = [row for row in rows if row.kind == "nominal"]
     way_m = max(sum(row.way_m for row in nominal), 1e-9)
-    for stops, most in ((sum(row.stops for row in nominal), MOST_PER_10_M),
-                        (sum(row.false_stops for row in nominal), MOST_FALSE_PER_10_M)):
+    for stops, most in (
+        (sum(row.stops for row in nominal), MOST_PER_10_M),
+        (sum(row.false_stops for row in nominal), MOST_FALSE_PER_10_M),
+    ):
         if 10.0 * stops / way_m > most:
             short.append(f"{stops} stops in {way_m:.0f} m of nominal way, over {most} per 10 m")
     return short

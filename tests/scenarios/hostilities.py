@@ -70,6 +70,7 @@ class Hostility(NamedTuple):
 
 def _says(make: Callable[[Rng], bytes]) -> Act:
     """Replace the scanner's bytes in each tick by these."""
+
     def act(out: Outside, rng: Rng) -> None:
         out.pieces, out.strange = [(out.now_ns, make(rng))], True
 
@@ -119,8 +120,11 @@ def _repeat(out: Outside, rng: Rng) -> None:
 def _recorded(out: Outside, rng: Rng) -> None:
     """Send old frames again, one of each id once in ten ticks."""
     old = {frame.can_id: frame for frame in out.seen_frames if frame.stamp_ns < out.now_ns - OLD_NS}
-    out.frames += [frame._replace(stamp_ns=out.now_ns) for can_id, frame in old.items()
-                   if (out.now_ns // TICK_NS + can_id) % 10 == 0]
+    out.frames += [
+        frame._replace(stamp_ns=out.now_ns)
+        for can_id, frame in old.items()
+        if (out.now_ns // TICK_NS + can_id) % 10 == 0
+    ]
 
 
 def _errors(out: Outside, rng: Rng) -> None:
@@ -137,6 +141,7 @@ def _goto(request_id: int, **changes: float) -> bytes:
 
 def _forged(count: int) -> Act:
     """Send datagrams under a key that no station has."""
+
     def act(out: Outside, rng: Rng) -> None:
         sealer = out.sealer(bytes(32), 1)
         out.datagrams += [sealer.seal(Kind.TELECOMMAND, _goto(int(rng.integers(1 << 31)))) for _ in range(count)]
@@ -175,12 +180,16 @@ def _viewer(out: Outside, rng: Rng) -> None:
 def _without_lease(out: Outside, rng: Rng) -> None:
     """Send orders of a second station that need the lease, while the operator has it."""
     orders = (
-        ("goto", AWAY), ("turn", {"heading_rad": 1.0}), ("return", {}), ("mission", {"goals_m": (1.0, 1.0)}),
+        ("goto", AWAY),
+        ("turn", {"heading_rad": 1.0}),
+        ("return", {}),
+        ("mission", {"goals_m": (1.0, 1.0)}),
         ("fence_add", {"fence": "here", "kind": "keep_out", "corners_m": (-9.0, -9.0, 9.0, -9.0, 9.0, 9.0)}),
-        ("param_set", {"parameter": "motion.cruise_mps", "value": "0.2"}), ("keys_rotate", {"epoch": 1.0}),
+        ("param_set", {"parameter": "motion.cruise_mps", "value": "0.2"}),
+        ("keys_rotate", {"epoch": 1.0}),
         ("contacts_set", {"windows_s": (90_000.0, 90_001.0)}),
         ("faults_mask", {"fault": "JOB_LATE", "lasting_s": 60.0}),
-    )  # fmt: skip
+    )
     name, arguments = orders[int(rng.integers(len(orders)))]
     asked = commands.Telecommand(int(rng.integers(1 << 31)), 0, 0, name, arguments)
     out.datagrams.append(out.station(OTHER).seal(Kind.TELECOMMAND, commands.encode(asked)))
@@ -188,6 +197,7 @@ def _without_lease(out: Outside, rng: Rng) -> None:
 
 def absurd_payloads(rng: Rng) -> list[tuple[Kind, bytes]]:
     """Return damaged and absurd payloads of a station with a key; none of them is a valid command."""
+
     def head(command_id: int) -> bytes:
         return _HEAD.pack(int(rng.integers(1 << 30, 1 << 31)), 0, 0, 0, command_id)
 
@@ -196,16 +206,35 @@ def absurd_payloads(rng: Rng) -> list[tuple[Kind, bytes]]:
 
     nan, inf = math.nan, math.inf
     sealed = [
-        b"", b"\0", rng.bytes(3), head(0), head(99), head(255), rng.bytes(1000), bytes(MAX_DATAGRAM - OVERHEAD),
+        b"",
+        b"\0",
+        rng.bytes(3),
+        head(0),
+        head(99),
+        head(255),
+        rng.bytes(1000),
+        bytes(MAX_DATAGRAM - OVERHEAD),
         *(head(1) + numbers(*xyh) for xyh in ((nan, nan, nan), (inf, -inf, 0.0), (1e308, 1.0, 0.0), (1.0, 1.0, 1e9))),
-        head(1), head(1) + numbers(1.0), head(1) + numbers(1.0, 1.0, nan) + b"more",
-        head(10) + numbers(nan), head(10) + numbers(-1e300), head(11) + numbers(*[1e30] * 5),
-        head(12) + b"\xff", head(12) + b"\0", head(12) + b"\x01" + struct.pack("<2i", -(1 << 31), (1 << 31) - 1),
-        head(6) + numbers(3.5, nan, nan, nan), head(16) + b"\xff" + bytes(200), head(21) + b"\x05\xff\xfe\xfd\xfc\xfb",
-        head(23) + b"\x03pit" + numbers(1e9) + b"\x03", head(23) + b"\x10" + b"\x1b[2J" * 4,
-    ]  # fmt: skip
-    others = [(kind, rng.bytes(size)) for kind in (Kind.MAVLINK, Kind.BULK_CHUNK, Kind.BULK_BITMAP, Kind.REPORT)
-              for size in (0, 1, 40)]
+        head(1),
+        head(1) + numbers(1.0),
+        head(1) + numbers(1.0, 1.0, nan) + b"more",
+        head(10) + numbers(nan),
+        head(10) + numbers(-1e300),
+        head(11) + numbers(*[1e30] * 5),
+        head(12) + b"\xff",
+        head(12) + b"\0",
+        head(12) + b"\x01" + struct.pack("<2i", -(1 << 31), (1 << 31) - 1),
+        head(6) + numbers(3.5, nan, nan, nan),
+        head(16) + b"\xff" + bytes(200),
+        head(21) + b"\x05\xff\xfe\xfd\xfc\xfb",
+        head(23) + b"\x03pit" + numbers(1e9) + b"\x03",
+        head(23) + b"\x10" + b"\x1b[2J" * 4,
+    ]
+    others = [
+        (kind, rng.bytes(size))
+        for kind in (Kind.MAVLINK, Kind.BULK_CHUNK, Kind.BULK_BITMAP, Kind.REPORT)
+        for size in (0, 1, 40)
+    ]
     return [(Kind.TELECOMMAND, payload) for payload in sealed] + others
 
 
@@ -322,51 +351,88 @@ TWICE = frozenset({"CAN_CORRUPT", "NODE_TWICE"})
 NONE = frozenset[str]()
 HOSTILITIES: Mapping[str, Hostility] = {
     "scanner_feeds": Hostility(
-        "the scanner sends line feeds alone, 6.5 MB a second", _says(lambda rng: FEEDS), GARBLED, _dropped,
-        ends=GARBLED),
+        "the scanner sends line feeds alone, 6.5 MB a second", _says(lambda rng: FEEDS), GARBLED, _dropped, ends=GARBLED
+    ),
     "scanner_endless": Hostility(
-        "the scanner sends one line without end, 6.5 MB a second", _says(lambda rng: ENDLESS), GARBLED, _dropped,
-        ends=GARBLED),
+        "the scanner sends one line without end, 6.5 MB a second",
+        _says(lambda rng: ENDLESS),
+        GARBLED,
+        _dropped,
+        ends=GARBLED,
+    ),
     "scanner_garbage": Hostility(
-        "the scanner sends random bytes, 0.4 MB a second", _says(lambda rng: rng.bytes(4000)), GARBLED, _bad_scans,
-        ends=GARBLED),
+        "the scanner sends random bytes, 0.4 MB a second",
+        _says(lambda rng: rng.bytes(4000)),
+        GARBLED,
+        _bad_scans,
+        ends=GARBLED,
+    ),
     "scanner_damaged": Hostility(
-        "one of 500 bytes of the scanner is another", _damage, GARBLED, _bad_scans, ends=GARBLED,
-        in_sweep=True),
+        "one of 500 bytes of the scanner is another", _damage, GARBLED, _bad_scans, ends=GARBLED, in_sweep=True
+    ),
     "scanner_clock": Hostility(
-        "the scanner's counter jumps each second by up to a minute, back and ahead", _jump, UNTIMED, _jumps,
-        ends=UNTIMED, in_sweep=True),
+        "the scanner's counter jumps each second by up to a minute, back and ahead",
+        _jump,
+        UNTIMED,
+        _jumps,
+        ends=UNTIMED,
+        in_sweep=True,
+    ),
     "can_flood": Hostility(
-        "1000 frames a tick of 1000 ids on the bus, ours too", _flood, LOADED, _unknown,
-        ends=LOADED - {"CAN_CORRUPT", "WHEEL_STALE", "IMU_DEAD"}),
+        "1000 frames a tick of 1000 ids on the bus, ours too",
+        _flood,
+        LOADED,
+        _unknown,
+        ends=LOADED - {"CAN_CORRUPT", "WHEEL_STALE", "IMU_DEAD"},
+    ),
     "can_foreign": Hostility("400 frames a second of ids that are not ours", _foreign, NONE, _unknown),
     "can_forged": Hostility(
-        "100 frames a second of our ids, their checksums wrong", _forge, frozenset({"CAN_CORRUPT"}), _bad_frames),
+        "100 frames a second of our ids, their checksums wrong", _forge, frozenset({"CAN_CORRUPT"}), _bad_frames
+    ),
     "can_repeated": Hostility(
-        "100 sound frames a second once more, their counters stale", _repeat, TWICE, _bad_frames,
-        ends=frozenset({"NODE_TWICE"})),
+        "100 sound frames a second once more, their counters stale",
+        _repeat,
+        TWICE,
+        _bad_frames,
+        ends=frozenset({"NODE_TWICE"}),
+    ),
     "can_recorded": Hostility(
-        "sound frames of 0.3 s ago, each id ten times a second", _recorded,
+        "sound frames of 0.3 s ago, each id ten times a second",
+        _recorded,
         # while a wheel steers, its angle of 0.3 s ago is 9 degrees off
-        TWICE | {"CLOCK_JUMP", "TILT_STALL", "STEER_STUCK"}, _out_of_order, ends=frozenset({"NODE_TWICE"})),
+        TWICE | {"CLOCK_JUMP", "TILT_STALL", "STEER_STUCK"},
+        _out_of_order,
+        ends=frozenset({"NODE_TWICE"}),
+    ),
     "can_errors": Hostility("2000 error frames a second", _errors, NONE, _error_frames),
     "link_forged": Hostility("20,000 forged datagrams a second", _forged(200), NONE, _refused("tag")),
     "link_replayed": Hostility("all that the operator said, again and again", _replay, NONE, _refused("replay")),
     "link_earlier_boot": Hostility(
-        "commands under the operator's key for another start of the rover", _earlier_boot, NONE, _refused("boot")),
+        "commands under the operator's key for another start of the rover", _earlier_boot, NONE, _refused("boot")
+    ),
     "link_foreign_key": Hostility("commands under another station's key", _foreign_key, NONE, _refused("tag")),
     "link_viewer_key": Hostility("commands under the key of a viewer", _viewer, NONE, _refused("tag")),
     "link_without_lease": Hostility(
-        "a second station orders what it may not, 100 times a second", _without_lease, NONE, _heard(OTHER)),
+        "a second station orders what it may not, 100 times a second", _without_lease, NONE, _heard(OTHER)
+    ),
     "link_absurd": Hostility(
-        "damaged and absurd commands (NaN, 1e308, cut off) of stations with keys, the operator's too", _absurd, NONE,
-        _heard(BABBLER)),
+        "damaged and absurd commands (NaN, 1e308, cut off) of stations with keys, the operator's too",
+        _absurd,
+        NONE,
+        _heard(BABBLER),
+    ),
     "link_questions": Hostility("300 questions a second of a station with a key", _questions, NONE, _heard(HOARDER)),
     "link_mode_words": Hostility(
-        "a ground program of a second station sets the modes of other autopilots", _mode_words, NONE, _heard(OTHER)),
+        "a ground program of a second station sets the modes of other autopilots", _mode_words, NONE, _heard(OTHER)
+    ),
     "link_blackout": Hostility(
-        "nothing passes the link; then all at once, with 5000 forged datagrams", _black_out, NONE, _silence,
-        heal=_flood_behind, lasts_s=(20.0, 40.0), felt_s=8.0),
-    "disk_full": Hostility(
-        "no room is left on the disk", _fill, frozenset({"DISK_FULL"}), _full, heal=_empty),
+        "nothing passes the link; then all at once, with 5000 forged datagrams",
+        _black_out,
+        NONE,
+        _silence,
+        heal=_flood_behind,
+        lasts_s=(20.0, 40.0),
+        felt_s=8.0,
+    ),
+    "disk_full": Hostility("no room is left on the disk", _fill, frozenset({"DISK_FULL"}), _full, heal=_empty),
 }

@@ -70,12 +70,17 @@ def fly(seed: int) -> Row:
         replayed, different = (0, ()) if gaps else replayed_elsewhere(record)
     facts = flown.facts
     return Row(
-        seed=seed, name=scenario.name, bench_s=flown.bench_s, to_goal_m=round(facts.to_goal_m, 3),
-        way_m=round(flown.way_m, 2), scans=flown.sweeps, raised=facts.raised,
+        seed=seed,
+        name=scenario.name,
+        bench_s=flown.bench_s,
+        to_goal_m=round(facts.to_goal_m, 3),
+        way_m=round(flown.way_m, 2),
+        scans=flown.sweeps,
+        raised=facts.raised,
         seen=tuple(f"{s.t_s - s.begun_s:.2f} s {s.channel}" for s in facts.seen or ()),
         replayed=replayed,
         broken=(*(f"{v.promise}: {v.found}" for v in flown.verdicts if not v.holds), *different),
-    )  # fmt: skip
+    )
 
 
 def replayed_elsewhere(record: Path) -> tuple[int, tuple[str, ...]]:

@@ -167,9 +167,11 @@ def flown(seed: int, recorder: Recorder | None = None) -> tuple[Row, Watch]:
     name, ground = ground_of(seed)
     settings = SLOPE_SETTINGS if name == "slope" else {}
     bench = InMemory(
-        Scenario(name="localisation", seed=seed, limit_s=LIMIT_S, set=settings), (*edges(ground), *goto(ground)),
-        ground=ground, step_ns=CAMPAIGN_STEP_NS,
-    )  # fmt: skip
+        Scenario(name="localisation", seed=seed, limit_s=LIMIT_S, set=settings),
+        (*edges(ground), *goto(ground)),
+        ground=ground,
+        step_ns=CAMPAIGN_STEP_NS,
+    )
     config = bench.rover.config
     watch = Watch(Localisation(config.rover, config.localisation), recorder)
     if recorder:
@@ -184,11 +186,19 @@ def flown(seed: int, recorder: Recorder | None = None) -> tuple[Row, Watch]:
     bench.free()
     error_m = float(np.linalg.norm(watch.error[:3]))
     row = Row(
-        seed, name, bench.operator.requests[-1].report.text, round(watch.way_m, 2), bench.progress.sweeps,
-        round(error_m, 4), round(100 * error_m / watch.way_m, 3), round(abs(math.degrees(watch.error[3])), 3),
-        round(float(np.linalg.norm(watch.drift[:3])), 3), round(abs(math.degrees(watch.drift[3])), 2),
-        tuple(round(stop.nees, 2) for stop in watch.before[1:]), tuple(round(stop.nees, 2) for stop in watch.after),
-    )  # fmt: skip
+        seed,
+        name,
+        bench.operator.requests[-1].report.text,
+        round(watch.way_m, 2),
+        bench.progress.sweeps,
+        round(error_m, 4),
+        round(100 * error_m / watch.way_m, 3),
+        round(abs(math.degrees(watch.error[3])), 3),
+        round(float(np.linalg.norm(watch.drift[:3])), 3),
+        round(abs(math.degrees(watch.drift[3])), 2),
+        tuple(round(stop.nees, 2) for stop in watch.before[1:]),
+        tuple(round(stop.nees, 2) for stop in watch.after),
+    )
     return row, watch
 
 
@@ -214,7 +224,8 @@ def judge(rows: Sequence[Row]) -> list[str]:
             short.append(f"{', '.join(names)}: mean heading error {heading:.2f} deg, {HEADING_DEG} promised")
     short += [
         f"seed {row.seed}: {row.error_m} m at the end, {WORST_M} promised"
-        for row in rows if row.ground == "level" and row.error_m > WORST_M
+        for row in rows
+        if row.ground == "level" and row.error_m > WORST_M
     ]
     for when in ("before", "after"):
         values = [value for row in rows for value in getattr(row, f"nees_{when}")]

@@ -25,9 +25,11 @@ def edges(field: Field) -> tuple[Order, ...]:
     west, south = field.grid.x0_m, field.grid.y0_m
     east, north = field.grid.centre(field.grid.rows - 1, field.grid.columns - 1)
     strips = {
-        "west": (west, south, west + KEEP_OUT_M, north), "east": (east - KEEP_OUT_M, south, east, north),
-        "south": (west, south, east, south + KEEP_OUT_M), "north": (west, north - KEEP_OUT_M, east, north),
-    }  # fmt: skip
+        "west": (west, south, west + KEEP_OUT_M, north),
+        "east": (east - KEEP_OUT_M, south, east, north),
+        "south": (west, south, east, south + KEEP_OUT_M),
+        "north": (west, north - KEEP_OUT_M, east, north),
+    }
     return tuple(
         Order(GOTO_S, "fence_add", {"fence": name, "kind": "keep_out", "corners_m": (x0, y0, x1, y0, x1, y1, x0, y1)})
         for name, (x0, y0, x1, y1) in strips.items()

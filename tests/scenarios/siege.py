@@ -106,6 +106,7 @@ class Siege(InMemory):
 
     def step(self, observe: Observe | None = None) -> None:
         """Run one tick and store the effect of each attack."""
+
         def look(tick: int, inputs: Inputs, outputs: Outputs, rover: Any, state: Any) -> None:
             for attack in self.attacks:
                 if attack.before is not None and not attack.over:
@@ -141,8 +142,12 @@ class Siege(InMemory):
         is_open = quiet.lidar_state is PortState.OPEN
         frames = sorted(out.frames, key=lambda frame: frame.stamp_ns)
         chunks: tuple[Chunk, ...] = self._doors.lidar(out.pieces if is_open else None, now_ns, out.strange)
-        return replace(quiet, can_frames=self._doors.can(frames, now_ns), lidar_chunks=chunks,
-                       link_messages=self._doors.link(out.datagrams, now_ns))
+        return replace(
+            quiet,
+            can_frames=self._doors.can(frames, now_ns),
+            lidar_chunks=chunks,
+            link_messages=self._doors.link(out.datagrams, now_ns),
+        )
 
     def _wage(self, attack: Attack, inputs: Inputs) -> None:
         """Run an attack's part in this tick: its begin, its action, its end."""

@@ -77,9 +77,18 @@ class Tape:
         marks = np.array([(s.asked, s.taken, s.again) for s in self.scans], np.int64).reshape(-1, 3)
         points = {f"points_{k}": scan.points_base for k, scan in enumerate(self.scans)}
         np.savez(
-            path, figures=header, now_ns=self.now_ns, wheels=self.wheels, told=self.told, slips=self.slips,
-            imu=self.imu, true=self.true, said=self.said, scans=marks, **points,
-        )  # fmt: skip
+            path,
+            figures=header,
+            now_ns=self.now_ns,
+            wheels=self.wheels,
+            told=self.told,
+            slips=self.slips,
+            imu=self.imu,
+            true=self.true,
+            said=self.said,
+            scans=marks,
+            **points,
+        )
 
 
 def load(path: Path) -> Tape:
@@ -102,7 +111,11 @@ class Recording(Localisation):
         self.rows: list[tuple[Any, ...]] = []
 
     def update(
-        self, wheels: Sequence[WheelState | None], imu: ImuSample | None, now_ns: int, health: Wheels = SOUND,
+        self,
+        wheels: Sequence[WheelState | None],
+        imu: ImuSample | None,
+        now_ns: int,
+        health: Wheels = SOUND,
         slips: bool = False,
     ) -> None:
         """Update the estimate and store the arguments."""
@@ -148,10 +161,16 @@ class Recorder:
         assert self.estimate
         now_ns, wheels, told, slips, imu = zip(*self.estimate.rows)
         return Tape(
-            self.estimate.figures, np.array(now_ns), np.array(wheels, float), np.array(told), np.array(slips),
-            np.array(imu, float), np.array(self.true), np.array(self.said), tuple(self.scans),
-        )  # fmt: skip
-
+            self.estimate.figures,
+            np.array(now_ns),
+            np.array(wheels, float),
+            np.array(told),
+            np.array(slips),
+            np.array(imu, float),
+            np.array(self.true),
+            np.array(self.said),
+            tuple(self.scans),
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -56,9 +56,12 @@ class Square:
 def squares(monkeypatch):
     """A campaign that fails for a square over 9."""
     made = SimpleNamespace(
-        __doc__="Squares stay small.\n\nMore.", SEEDS=(1, 2, 3), SHORT=(2,), fly=lambda seed: Square(seed, seed * seed),
+        __doc__="Squares stay small.\n\nMore.",
+        SEEDS=(1, 2, 3),
+        SHORT=(2,),
+        fly=lambda seed: Square(seed, seed * seed),
         judge=lambda rows: [f"seed {row.seed}: {row.square}" for row in rows if row.square > 9],
-    )  # fmt: skip
+    )
     for module in (command, registry):
         monkeypatch.setattr(module, "CAMPAIGNS", {"squares": made})
     monkeypatch.setattr(command, "RENEWED", 0)  # a worker that imports the registry again would not know it

@@ -57,7 +57,11 @@ def test_a_summary_states_arrivals_true_stops_and_contacts_for_each_share_of_los
     wrong = replace(ARRIVED, seed=803, outcome=NO_WAY, contacts=("7.0 s: body",), lost_ratio=0.08)
     one, eight = (dict(zip(HEADS, line, strict=True)) for line in losses.summary([ARRIVED, stopped, wrong]))
     assert (one["missions"], one["flown"], one["at the goal"], one["stopped with the true reason"]) == (
-        "1 % lost", "2", "1", "1")  # fmt: skip
+        "1 % lost",
+        "2",
+        "1",
+        "1",
+    )
     assert (one["else"], one["contacts"], one["worst pose error, m"]) == ("0", "0", "0.07")
     assert (eight["missions"], eight["at the goal"], eight["else"], eight["contacts"]) == ("8 % lost", "0", "1", "1")
 

@@ -24,8 +24,12 @@ BEGIN_S, SWEEP_S, AFTER_S = 2.5, 5.0, 1.5  # the operator has given its order; t
 
 def besieged(*names, end_s, observe=None, record=None):
     """Fly on level ground under these, from BEGIN_S or SWEEP_S on, each for its `felt_s`."""
-    attacks = [Attack(name, SWEEP_S if HOSTILITIES[name].in_sweep else BEGIN_S, HOSTILITIES[name].felt_s,
-                      np.random.default_rng(n)) for n, name in enumerate(names)]
+    attacks = [
+        Attack(
+            name, SWEEP_S if HOSTILITIES[name].in_sweep else BEGIN_S, HOSTILITIES[name].felt_s, np.random.default_rng(n)
+        )
+        for n, name in enumerate(names)
+    ]
     siege = Siege(FLAT, attacks, record)
     try:
         while siege.tick < end_s * 100:
@@ -38,8 +42,9 @@ def besieged(*names, end_s, observe=None, record=None):
 @pytest.mark.parametrize("name", HOSTILITIES)
 def test_a_hostility_is_felt_by_the_flight_program_and_raises_no_fault_but_its_own(name, tmp_path):
     row = HOSTILITIES[name]
-    siege = besieged(name, end_s=(SWEEP_S if row.in_sweep else BEGIN_S) + row.felt_s + AFTER_S,
-                     record=tmp_path / "chaos.mcap")
+    siege = besieged(
+        name, end_s=(SWEEP_S if row.in_sweep else BEGIN_S) + row.felt_s + AFTER_S, record=tmp_path / "chaos.mcap"
+    )
     (attack,) = siege.attacks
     assert attack.felt > 0 and attack.over
     told = {event.text.partition(":")[0] for event in siege.events if event.name == "FAULT"}
@@ -73,8 +78,11 @@ def test_the_record_of_a_flight_under_hostilities_replays_to_the_byte(tmp_path):
 
 def test_what_waited_in_a_blackout_comes_at_its_end_among_forged_datagrams():
     heard = []
-    siege = besieged("link_blackout", end_s=BEGIN_S + 9.0,
-                     observe=lambda tick, inputs, *_: heard.append((tick, inputs.link_messages)))
+    siege = besieged(
+        "link_blackout",
+        end_s=BEGIN_S + 9.0,
+        observe=lambda tick, inputs, *_: heard.append((tick, inputs.link_messages)),
+    )
     begin, end = BEGIN_S * 100, siege.attacks[0].ended_s * 100
     assert not any(messages for tick, messages in heard if begin <= tick < end)
     after = [message for tick, messages in heard if tick >= end for message in messages]
@@ -118,7 +126,8 @@ def test_each_seed_draws_three_kinds_and_30_seeds_draw_them_all():
         attacks = drawn(seed)
         assert len({attack.name for attack in attacks}) == COUNT
         assert [(a.name, a.begin_s, a.lasts_s) for a in attacks] == [
-            (a.name, a.begin_s, a.lasts_s) for a in drawn(seed)]
+            (a.name, a.begin_s, a.lasts_s) for a in drawn(seed)
+        ]
     assert {attack.name for seed in chaos.SEEDS for attack in drawn(seed)} == set(HOSTILITIES)
 
 
@@ -148,15 +157,22 @@ def test_chaos_falls_short_by_each_of_its_promises_alone(row, changes, told):
 
 
 def test_a_mission_may_not_end_by_what_it_has_to_go_on_in_spite_of():
-    row = replace(STOPPED, kinds=("can_forged", *STOPPED.kinds[1:]), outcome="goto: CAN_CORRUPT: over 20",
-                  reasons=("CAN_CORRUPT",), faults=("CAN_CORRUPT",))  # fmt: skip
+    row = replace(
+        STOPPED,
+        kinds=("can_forged", *STOPPED.kinds[1:]),
+        outcome="goto: CAN_CORRUPT: over 20",
+        reasons=("CAN_CORRUPT",),
+        faults=("CAN_CORRUPT",),
+    )
     assert not HOSTILITIES["can_forged"].ends
     assert [text for text in broken(row) if "not for the reason told" in text]
 
 
 def test_a_reason_names_rows_of_the_fault_table():
     assert named("goto: LIDAR_GARBLED: over 20 % of the NOT_A_ROW frames, LIDAR_SILENT") == (
-        "LIDAR_GARBLED", "LIDAR_SILENT")  # fmt: skip
+        "LIDAR_GARBLED",
+        "LIDAR_SILENT",
+    )
 
 
 def test_the_summary_has_a_line_for_each_hostility_and_one_for_all():

@@ -21,9 +21,14 @@ def truth(velocity_mps=(RIM_MPS, 0.0, 0.0), steers_rad=(0.0,) * 4, quaternion_xy
     rates = rates or (RIM_RADPS,) * 4
     still = np.zeros(3)
     return PlantState(
-        0, still, np.array(quaternion_xyzw), np.array(velocity_mps), still, still,
+        0,
+        still,
+        np.array(quaternion_xyzw),
+        np.array(velocity_mps),
+        still,
+        still,
         tuple(WheelTruth(steer, 0.0, rate, 0.3) for steer, rate in zip(steers_rad, rates)),
-    )  # fmt: skip
+    )
 
 
 def lacks_ratio(state, ticks=WINDOW_TICKS):
@@ -92,9 +97,10 @@ def watched(fault, row, wheel, spells):
     seen = wheels._Truth(fault, row, wheel)
     seen.begun = True
     rover = SimpleNamespace(
-        orders=[WheelCommand(WheelMode.RUN, 0.0, RIM_RADPS)] * 4, watch=SimpleNamespace(faults={}),
+        orders=[WheelCommand(WheelMode.RUN, 0.0, RIM_RADPS)] * 4,
+        watch=SimpleNamespace(faults={}),
         localisation=LOCALISED,
-    )  # fmt: skip
+    )
     owed_radps = tick = 0
     for ticks, share in spells:
         for _ in range(ticks):
@@ -132,9 +138,11 @@ def jumping(counts_rad):
         state = truth()
         told = WheelState(0.0, state.wheels[0].position_rad + over_rad, RIM_RADPS, NodeState.RUNNING, 0)
         rover = SimpleNamespace(
-            orders=[WheelCommand(WheelMode.RUN, 0.0, RIM_RADPS)] * 4, watch=SimpleNamespace(faults={}),
-            localisation=LOCALISED, nodes=SimpleNamespace(wheels=[told] * 4),
-        )  # fmt: skip
+            orders=[WheelCommand(WheelMode.RUN, 0.0, RIM_RADPS)] * 4,
+            watch=SimpleNamespace(faults={}),
+            localisation=LOCALISED,
+            nodes=SimpleNamespace(wheels=[told] * 4),
+        )
         seen.observe(tick, None, None, rover, state)
     return seen
 

@@ -122,8 +122,10 @@ def judge(rows: Sequence[Row]) -> list[str]:
     """Judge each flight by itself, and the pose at each goal."""
     return [text for row in rows for text in broken(row)] + [
         f"seed {row.seed}: the pose is {error} m off at goal {goal}, {ERROR_M} promised"
-        for row in rows for goal, error in enumerate(row.goal_errors_m, 1) if error > ERROR_M
-    ]  # fmt: skip
+        for row in rows
+        for goal, error in enumerate(row.goal_errors_m, 1)
+        if error > ERROR_M
+    ]
 
 
 def summary(rows: Sequence[Row]) -> list[tuple[str, ...]]:

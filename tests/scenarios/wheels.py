@@ -245,14 +245,18 @@ def _row(seed: int, truth: _Truth, events: Sequence[Event]) -> Row:
     after = [e.text for e in events if found and e.now_ns >= found.now_ns and e.name in ("MODE", "PHASE")]
     shown = truth.violated_tick >= 0
     return Row(
-        seed=seed, fault=fault, wheel=wheel,
+        seed=seed,
+        fault=fault,
+        wheel=wheel,
         took_s=round(found.now_ns / NS - truth.violated_tick / TICKS_PER_S, 2) if found and shown else -1.0,
-        way_m=round(truth.way_m, 2), shown=shown, lacks=round(truth.lacks, 2),
+        way_m=round(truth.way_m, 2),
+        shown=shown,
+        lacks=round(truth.lacks, 2),
         strays_deg=round(math.degrees(truth.strays_rad), 1),
         found=_short(found.text) if found else "",
         others=(*truth.false, *map(_row_of, named[:at])),
         answer=after[0] if after else "",
-    )  # fmt: skip
+    )
 
 
 def _short(text: str) -> str:

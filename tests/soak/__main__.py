@@ -1,8 +1,8 @@
 """`python -m tests.soak`: the flight program over an hour (`make soak`).
 
-    python -m tests.soak                             ten missions, idle to an hour in lock-step; a minute of wall clock
-    python -m tests.soak --missions 4 --minutes 8
-    python -m tests.soak --missions 0 --wall-s 3600  an hour on the wall clock
+python -m tests.soak                             ten missions, idle to an hour in lock-step; a minute of wall clock
+python -m tests.soak --missions 4 --minutes 8
+python -m tests.soak --missions 0 --wall-s 3600  an hour on the wall clock
 """
 
 from __future__ import annotations

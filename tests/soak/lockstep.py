@@ -84,12 +84,14 @@ def soak(missions: int, duration_s: float, folder: Path, tell: Callable[[Taken],
     duration_s = max(duration_s, ends_s[-1] + 1.0)
     sampler = Sampler([*ends_s, *_every(ends_s[-1], duration_s)], tell)
     scenario = replace(
-        Scenario(terrain="flat", link="lan", script=script, end_s=duration_s + 1.0), name="soak",
+        Scenario(terrain="flat", link="lan", script=script, end_s=duration_s + 1.0),
+        name="soak",
         set={
-            "mapping.folder": str(folder / "map"), "state.folder": str(folder / "state"),
+            "mapping.folder": str(folder / "map"),
+            "state.folder": str(folder / "state"),
             "record.part_bytes": PART_BYTES,
         },
-    )  # fmt: skip
+    )
     result = run(scenario, folder, sampler)
     return _soaked(result, sampler.kept, missions)
 
@@ -111,6 +113,12 @@ def _soaked(result: RunResult, kept: Sequence[Taken], missions: int) -> Soaked:
         by_channel = summary.statistics.channel_message_counts
         ticks += next(by_channel[k] for k, channel in summary.channels.items() if channel.topic == "/in/tick")
     return Soaked(
-        tuple(kept[:missions]), tuple(kept[missions:]), arrived, ticks, rhythms[-1]["ticks"]["slipped"], result.bench_s,
-        result.wall_s, result.error,
-    )  # fmt: skip
+        tuple(kept[:missions]),
+        tuple(kept[missions:]),
+        arrived,
+        ticks,
+        rhythms[-1]["ticks"]["slipped"],
+        result.bench_s,
+        result.wall_s,
+        result.error,
+    )

@@ -24,8 +24,12 @@ def taken(pid: int, at_s: float) -> Taken:
     """Return the present resources. Raises OSError if the process has ended."""
     process = Path("/proc") / str(pid)
     pages = int((process / "statm").read_text().split()[1])
-    return Taken(at_s, pages * os.sysconf("SC_PAGE_SIZE"), len(list((process / "fd").iterdir())),
-                 len(list((process / "task").iterdir())))  # fmt: skip
+    return Taken(
+        at_s,
+        pages * os.sysconf("SC_PAGE_SIZE"),
+        len(list((process / "fd").iterdir())),
+        len(list((process / "task").iterdir())),
+    )
 
 
 def child(words: Sequence[str]) -> int | None:

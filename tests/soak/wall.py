@@ -40,15 +40,23 @@ def sit(duration_s: float, folder: Path) -> Sat:
     folder.mkdir(parents=True, exist_ok=True)
     socket, (lidar, link) = folder / "status.sock", free_ports(2)
     settings = {
-        "clock.mode": "wall", "can.uri": "virtual:soak", "lidar.address": f"tcp:127.0.0.1:{lidar}",
-        "link.endpoint": f"tcp/127.0.0.1:{link}", "link.bench_seed": "1", "status.socket": str(socket),
-        "record.path": str(folder / "wall.mcap"), "mapping.folder": str(folder / "map"),
-    }  # fmt: skip
+        "clock.mode": "wall",
+        "can.uri": "virtual:soak",
+        "lidar.address": f"tcp:127.0.0.1:{lidar}",
+        "link.endpoint": f"tcp/127.0.0.1:{link}",
+        "link.bench_seed": "1",
+        "status.socket": str(socket),
+        "record.path": str(folder / "wall.mcap"),
+        "mapping.folder": str(folder / "map"),
+    }
     options = [f"--set={name}={value}" for name, value in settings.items()]
     with (folder / "wall.log").open("wb") as log:
         daemon = subprocess.Popen(
-            [sys.executable, "-m", "onboard", "run", *options], stdout=log, stderr=log, stdin=subprocess.DEVNULL,
-        )  # fmt: skip
+            [sys.executable, "-m", "onboard", "run", *options],
+            stdout=log,
+            stderr=log,
+            stdin=subprocess.DEVNULL,
+        )
     try:
         _until_up(socket, daemon)
         begun = time.monotonic()

@@ -1,8 +1,8 @@
 """make test-vcan: the bus on the kernel's real SocketCAN, here where this kernel has it, in a QEMU guest otherwise.
 
-    drive over the bench's hub, here          the reference
-    bus tests, drive over vcan0               where there is CAN (tests/vcan/inside.py)
-    both drives and candump's log compared    here (tests/vcan/test_drive.py)
+drive over the bench's hub, here          the reference
+bus tests, drive over vcan0               where there is CAN (tests/vcan/inside.py)
+both drives and candump's log compared    here (tests/vcan/test_drive.py)
 """
 
 from __future__ import annotations
@@ -49,9 +49,12 @@ def inside(direct: bool) -> int:
     assert busybox is not None
     print(f"vcan: this kernel has no CAN: booting Debian's {kernel.version} in an emulated machine", flush=True)
     environment = {
-        **ONE_THREAD, "PATH": needs.SYSTEM_PATH, "HOME": "/dev/shm", "TMPDIR": "/dev/shm",
+        **ONE_THREAD,
+        "PATH": needs.SYSTEM_PATH,
+        "HOME": "/dev/shm",
+        "TMPDIR": "/dev/shm",
         "PYTHONDONTWRITEBYTECODE": "1",
-    }  # fmt: skip
+    }
     job = guest.Job(f"cd {shlex.quote(os.getcwd())} && {shlex.join(command)}", WORK, environment, LIMIT_S)
     return guest.run(kernel, Path(busybox), job)
 

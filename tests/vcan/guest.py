@@ -63,14 +63,36 @@ def run(kernel: Kernel, busybox: Path, job: Job) -> int:
 
 def _command(kernel: Kernel, archive: Path, work: Path) -> list[str]:
     return [
-        "setpriv", "--pdeathsig", "KILL",  # no guest outlives us, even where we are killed
-        "qemu-system-x86_64", "-nodefaults", "-no-user-config", "-display", "none", "-serial", "stdio", "-no-reboot",
-        "-accel", "tcg,thread=multi", "-cpu", "max", "-smp", "2", "-m", MEMORY,
-        "-kernel", str(kernel.image), "-initrd", str(archive),
-        "-append", KERNEL_WORDS,
-        "-virtfs", "local,path=/,mount_tag=host,security_model=none,readonly=on,multidevs=remap",
-        "-virtfs", f"local,path={work},mount_tag=work,security_model=none",
-    ]  # fmt: skip
+        "setpriv",
+        "--pdeathsig",
+        "KILL",  # no guest outlives us, even where we are killed
+        "qemu-system-x86_64",
+        "-nodefaults",
+        "-no-user-config",
+        "-display",
+        "none",
+        "-serial",
+        "stdio",
+        "-no-reboot",
+        "-accel",
+        "tcg,thread=multi",
+        "-cpu",
+        "max",
+        "-smp",
+        "2",
+        "-m",
+        MEMORY,
+        "-kernel",
+        str(kernel.image),
+        "-initrd",
+        str(archive),
+        "-append",
+        KERNEL_WORDS,
+        "-virtfs",
+        "local,path=/,mount_tag=host,security_model=none,readonly=on,multidevs=remap",
+        "-virtfs",
+        f"local,path={work},mount_tag=work,security_model=none",
+    ]
 
 
 def _stream(machine: subprocess.Popen[bytes], limit_s: float) -> None:

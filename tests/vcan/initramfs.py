@@ -43,7 +43,9 @@ def init_script(modules: Sequence[Path], work: Path, environment: Mapping[str, s
     The host's root is read only; `work`, a folder of it, is not. The guest's memory is at /dev/shm.
     """
     return _INIT.format(
-        modules=" ".join(module.name for module in modules), work=shlex.quote(str(work)), exit_file=EXIT_FILE,
+        modules=" ".join(module.name for module in modules),
+        work=shlex.quote(str(work)),
+        exit_file=EXIT_FILE,
         environment=" ".join(shlex.quote(f"{name}={text}") for name, text in environment.items()),
         command=shlex.quote(command),
     )

@@ -7,7 +7,10 @@ from collections.abc import Iterable, Mapping
 
 DIRECT: Mapping[str, str] = {"ip": "iproute2", "candump": "can-utils"}
 GUEST: Mapping[str, str] = {
-    **DIRECT, "qemu-system-x86_64": "qemu-system-x86", "busybox": "busybox-static", "setpriv": "util-linux",
+    **DIRECT,
+    "qemu-system-x86_64": "qemu-system-x86",
+    "busybox": "busybox-static",
+    "setpriv": "util-linux",
 }
 SYSTEM_PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"  # `ip` is often not on a user's own
 

@@ -84,4 +84,3 @@ def test_cantools_names_every_frame_and_its_signals(lines, decoded):
     names = {name for name, _ in decoded}
     assert {"TIME_SYNC", "DRIVE_ENABLE", "WHEEL_1_COMMAND", "WHEEL_4_FEEDBACK", "TILT_FEEDBACK", "IMU_GYRO"} <= names
     assert all({"counter", "crc"} <= signals.keys() for _, signals in decoded)
-

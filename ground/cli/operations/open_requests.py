@@ -26,15 +26,30 @@ def left(session: Session, steps: Sequence[Step] = ()) -> list[str]:
     others = [request for request in still if not commands.halts(request.payload)]
     unheard = [request for request in others if request.state is State.REQUESTED]
     told = [request for request in others if request.state is not State.REQUESTED]
-    coming = [product_name(request.telecommand) for request_id, request in session.requester.requests.items()
-              if request.own and session.awaits_product(request_id) and session.product_of(request_id) is None]
+    coming = [
+        product_name(request.telecommand)
+        for request_id, request in session.requester.requests.items()
+        if request.own and session.awaits_product(request_id) and session.product_of(request_id) is None
+    ]
     return [
         *([f"NOT sent: {', '.join(unsent)}"] if unsent else []),
         *([f"sent and not confirmed yet: {', '.join(halts)}"] if halts else []),
-        *([f"sent and nothing heard of it: {', '.join(map(_name, unheard))}" + (
-            f"; the rover may do it, {_ENDS}" if _moves(unheard) else "")] if unheard else []),
-        *([f"the rover carries on with what it was told ({', '.join(map(_name, told))})" + (
-            f", {_ENDS}" if _moves(told) else "")] if told else []),
+        *(
+            [
+                f"sent and nothing heard of it: {', '.join(map(_name, unheard))}"
+                + (f"; the rover may do it, {_ENDS}" if _moves(unheard) else "")
+            ]
+            if unheard
+            else []
+        ),
+        *(
+            [
+                f"the rover carries on with what it was told ({', '.join(map(_name, told))})"
+                + (f", {_ENDS}" if _moves(told) else "")
+            ]
+            if told
+            else []
+        ),
         *([f"not all of it has come: {', '.join(coming)}"] if coming else []),
     ]
 

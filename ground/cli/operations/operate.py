@@ -60,7 +60,8 @@ class Plan:
     def halts(self) -> bool:
         """True if all steps halt the rover, at once."""
         return bool(self.steps) and all(
-            step.name in commands.HALTING and not (step.start_s or step.start_utc_ns) for step in self.steps)
+            step.name in commands.HALTING and not (step.start_s or step.start_utc_ns) for step in self.steps
+        )
 
 
 def closed_words(session: Session) -> str:
@@ -109,8 +110,11 @@ class Teller:
         if inside != self._inside:
             self._inside = inside
             words = show.contact_words(session, now_ns)
-            self._out(json.dumps({"news": "contact", "at_ns": now_ns, "open": inside, "text": words}) if self._json
-                      else show.contact_line(session, now_ns))
+            self._out(
+                json.dumps({"news": "contact", "at_ns": now_ns, "open": inside, "text": words})
+                if self._json
+                else show.contact_line(session, now_ns)
+            )
 
     def silence(self, silent_s: float, now_ns: int) -> None:
         """Print that nothing was received from the rover for `silent_s`."""
@@ -124,8 +128,11 @@ class Teller:
 
     def said(self, text: str, now_ns: int) -> None:
         """Print a message of the station itself."""
-        self._out(json.dumps({"news": "station", "at_ns": now_ns, "text": text}) if self._json
-                  else f"{show.clock(now_ns)}  station   {text}")
+        self._out(
+            json.dumps({"news": "station", "at_ns": now_ns, "text": text})
+            if self._json
+            else f"{show.clock(now_ns)}  station   {text}"
+        )
 
     def close(self) -> None:
         """End the output."""
@@ -245,8 +252,12 @@ def _turns(station: Station, clock: Clock, plan: Plan, teller: Teller, beside: B
         if uplink.refused(session, now_ns):
             teller.said(NOT_HEARD_THERE, now_ns)
         _watch(contact, station, clock, teller, now_ns)
-        dues = (runner.next_due_ns(now_ns), session.next_due_ns(now_ns), contact.next_due_ns(),
-                beside.next_due_ns() if beside is not None else None)
+        dues = (
+            runner.next_due_ns(now_ns),
+            session.next_due_ns(now_ns),
+            contact.next_due_ns(),
+            beside.next_due_ns() if beside is not None else None,
+        )
         wake_ns = min(due for due in dues if due is not None)
 
 

@@ -132,11 +132,18 @@ def status(session: Session, now_ns: int) -> dict[str, Any]:
     age_s = None if session.heard_ns is None else (now_ns - session.heard_ns) / 1e9
     clock = session.far_clock.at(now_ns)
     refused = {kind: n for kind, n in session.counts.items() if kind != "ok"}
-    link = {"heard_s_ago": age_s, "boot_id": session.boot_id, "rtt_s": session.far_clock.rtt_ns / 1e9 or None,
-            "datagrams": session.counts["ok"], "refused": refused, "epoch": session.kept.epoch,
-            "contact": contact_words(session, now_ns), "clock": clock_words(session, now_ns),
-            "clock_error_s": None if clock is None or clock.error_ns is None else clock.error_ns / 1e9,
-            "versions": session.mismatch or ("alike" if session.versions else "not known")}
+    link = {
+        "heard_s_ago": age_s,
+        "boot_id": session.boot_id,
+        "rtt_s": session.far_clock.rtt_ns / 1e9 or None,
+        "datagrams": session.counts["ok"],
+        "refused": refused,
+        "epoch": session.kept.epoch,
+        "contact": contact_words(session, now_ns),
+        "clock": clock_words(session, now_ns),
+        "clock_error_s": None if clock is None or clock.error_ns is None else clock.error_ns / 1e9,
+        "versions": session.mismatch or ("alike" if session.versions else "not known"),
+    }
     return {"items": {name: _plain(item.value) for name, item in session.items.items()}, "link": link}
 
 

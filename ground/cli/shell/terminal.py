@@ -68,8 +68,14 @@ class Live:
         return self.shell.line(text, self.session, self.now_ns)
 
 
-def run(settings: Settings, station: Path | None, contact_s: float, teller: Teller,
-        verbs: Callable[[list[str]], int], save: Save) -> int:  # fmt: skip
+def run(
+    settings: Settings,
+    station: Path | None,
+    contact_s: float,
+    teller: Teller,
+    verbs: Callable[[list[str]], int],
+    save: Save,
+) -> int:
     """Open the link and process lines until `quit`, the end of the pipe, or Ctrl-D. Returns the exit code."""
     began_s = time.monotonic()
 
@@ -145,11 +151,15 @@ async def in_terminal(live: Live, history: Path | None, **terminal: Any) -> int:
         history.parent.mkdir(parents=True, exist_ok=True)
         history.touch(mode=0o600)
     prompt: PromptSession[str] = PromptSession(
-        "ground> ", history=InMemoryHistory() if history is None else FileHistory(str(history)),
-        completer=NestedCompleter.from_nested_dict(completions()), auto_suggest=AutoSuggestFromHistory(),
-        bottom_toolbar=lambda: show.status_line(live.session, live.now_ns), refresh_interval=1.0,
-        interrupt_exception=_ClearedError, **terminal,
-    )  # fmt: skip
+        "ground> ",
+        history=InMemoryHistory() if history is None else FileHistory(str(history)),
+        completer=NestedCompleter.from_nested_dict(completions()),
+        auto_suggest=AutoSuggestFromHistory(),
+        bottom_toolbar=lambda: show.status_line(live.session, live.now_ns),
+        refresh_interval=1.0,
+        interrupt_exception=_ClearedError,
+        **terminal,
+    )
     with patch_stdout(raw=True):
         turning = asyncio.create_task(_turning(live))
         try:

@@ -33,10 +33,14 @@ from ground.cli.verbs.table import Json, StationFile
 
 app = typer.Typer(help="Everything that was sent and heard: look, export, keep within bounds.", no_args_is_help=True)
 KINDS = ("csv", "parquet", "mcap")
-Table = Annotated[str, typer.Option("--table", metavar="TABLE", help=f"One of {', '.join(TABLES)}.",
-                                    autocompletion=lambda: list(TABLES))]
-Name = Annotated[list[str] | None, typer.Option(
-    "--name", metavar="NAME", help="Items or events of this name; again for more.", autocompletion=items)]
+Table = Annotated[
+    str,
+    typer.Option("--table", metavar="TABLE", help=f"One of {', '.join(TABLES)}.", autocompletion=lambda: list(TABLES)),
+]
+Name = Annotated[
+    list[str] | None,
+    typer.Option("--name", metavar="NAME", help="Items or events of this name; again for more.", autocompletion=items),
+]
 
 
 @app.command(epilog="Examples: ground archive info | ground archive info --archive old.db --json")
@@ -48,8 +52,10 @@ def info(file: File = None, station: StationFile = None, as_json: Json = False) 
     if as_json:
         line_out(as_line({"archive": str(path), **known}))
         return
-    line_out(f"{path}, version {known['version']}, {known['used_bytes'] / 1e6:.1f} MB in use, "
-             f"{known['free_bytes'] / 1e6:.1f} MB free for more")
+    line_out(
+        f"{path}, version {known['version']}, {known['used_bytes'] / 1e6:.1f} MB in use, "
+        f"{known['free_bytes'] / 1e6:.1f} MB free for more"
+    )
     if known["first_utc_ns"] is not None:
         line_out(f"{when.told(known['first_utc_ns'])} to {when.told(known['last_utc_ns'])}")
     for table, count in known["rows"].items():
@@ -58,11 +64,18 @@ def info(file: File = None, station: StationFile = None, as_json: Json = False) 
 
 @app.command(epilog="Examples: ground archive show items --name x_m --last 20 | ground archive show reports --since 1h")
 def show(
-    table: Annotated[str, typer.Argument(metavar="TABLE", help=f"One of {', '.join(TABLES)}.",
-                                         autocompletion=lambda: list(TABLES))],
-    name: Name = None, since: Since = "", until: Until = "", run: Run = 0, last: Last = 0, file: File = None,
-    station: StationFile = None, as_json: Json = False,
-) -> None:  # fmt: skip
+    table: Annotated[
+        str, typer.Argument(metavar="TABLE", help=f"One of {', '.join(TABLES)}.", autocompletion=lambda: list(TABLES))
+    ],
+    name: Name = None,
+    since: Since = "",
+    until: Until = "",
+    run: Run = 0,
+    last: Last = 0,
+    file: File = None,
+    station: StationFile = None,
+    as_json: Json = False,
+) -> None:
     """Show rows of a table, selected by name and time."""
     asked = span(since, until, name or (), run, last)
     with read.reading(archive_path(file, station)) as db:
@@ -79,8 +92,11 @@ def _line(row: dict[str, Any], zeros: dict[int, int]) -> str:
     """zeros: UTC in ns at onboard time 0, by boot, where a row's onboard time is shown."""
     at, onboard_ns = row.pop("utc_ns"), row.get("onboard_ns")
     onboard = when.onboard(onboard_ns, zeros.get(row.get("boot_id", 0)))
-    words = (f"{len(value)} B" if isinstance(value, bytes) else str(value)
-             for key, value in row.items() if value is not None and key not in ("at_ns", "onboard_ns"))
+    words = (
+        f"{len(value)} B" if isinstance(value, bytes) else str(value)
+        for key, value in row.items()
+        if value is not None and key not in ("at_ns", "onboard_ns")
+    )
     return f"{when.told(at)}  {'  '.join(words)}" + (f"  ({onboard})" if onboard else "")
 
 
@@ -98,21 +114,35 @@ def gaps(
             line_out(f"{when.told(gap.utc_ns)}  silence    {gap.last - gap.first:.1f} s")
         else:
             words = "missing" if gap.station_open else "not heard: no station was open"
-            line_out(f"{when.told(gap.utc_ns)}  {gap.kind:9}  {gap.missing} {words}, {gap.first:.0f} to "
-                     f"{gap.last:.0f}, boot {gap.boot_id}")
+            line_out(
+                f"{when.told(gap.utc_ns)}  {gap.kind:9}  {gap.missing} {words}, {gap.first:.0f} to "
+                f"{gap.last:.0f}, boot {gap.boot_id}"
+            )
     if not found and not as_json:
         line_out("nothing is missing")
 
 
-@app.command(epilog="Examples: ground archive export --out flown | "
-                    "ground archive export --format parquet --table items --name x_m --since 2h --out flown")
+@app.command(
+    epilog="Examples: ground archive export --out flown | "
+    "ground archive export --format parquet --table items --name x_m --since 2h --out flown"
+)
 def export(
     folder: Annotated[Path, typer.Option("--out", metavar="FOLDER", help="Where the files go; it is made.")],
-    kind: Annotated[str, typer.Option("--format", metavar="KIND", help=f"One of {', '.join(KINDS)}.",
-                                      autocompletion=lambda: list(KINDS))] = "csv",
-    table: Table = "", name: Name = None, since: Since = "", until: Until = "", run: Run = 0, file: File = None,
-    station: StationFile = None, as_json: Json = False,
-) -> None:  # fmt: skip
+    kind: Annotated[
+        str,
+        typer.Option(
+            "--format", metavar="KIND", help=f"One of {', '.join(KINDS)}.", autocompletion=lambda: list(KINDS)
+        ),
+    ] = "csv",
+    table: Table = "",
+    name: Name = None,
+    since: Since = "",
+    until: Until = "",
+    run: Run = 0,
+    file: File = None,
+    station: StationFile = None,
+    as_json: Json = False,
+) -> None:
     """Copy tables to files for other programs: CSV, Parquet, MCAP (Foxglove)."""
     if kind not in KINDS:
         raise typer.BadParameter(f"`{kind}` should be one of {', '.join(KINDS)}", param_hint="--format")
@@ -134,8 +164,11 @@ def export(
 def prune(
     older: Annotated[str, typer.Option(metavar="AGE", help="Rows older than this go: 30d, 12h, or a UTC time.")] = "",
     mb: Annotated[float, typer.Option(min=0, metavar="MB", help="Then the oldest, until no more is in use.")] = 0.0,
-    yes: Yes = False, file: File = None, station: StationFile = None, as_json: Json = False,
-) -> None:  # fmt: skip
+    yes: Yes = False,
+    file: File = None,
+    station: StationFile = None,
+    as_json: Json = False,
+) -> None:
     """Remove old rows, raw datagrams first; the history of every command stays. Gives the space back to the disk."""
     if not older and not mb:
         raise typer.BadParameter("say what may go: --older AGE, --mb MB, or both")
@@ -156,8 +189,10 @@ def prune(
 @app.command(epilog="Example: ground archive fill onboard.mcap")
 def fill(
     record: Annotated[Path, typer.Argument(metavar="RECORD", help="Record of the rover, or a slice of one (.mcap).")],
-    file: File = None, station: StationFile = None, as_json: Json = False,
-) -> None:  # fmt: skip
+    file: File = None,
+    station: StationFile = None,
+    as_json: Json = False,
+) -> None:
     """Enter values and events from a rover's record that the link lost; they are marked as filled."""
     from ground.archive.record_talk import NoRecordError, NoTalkError, told_down
 

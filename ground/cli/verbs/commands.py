@@ -57,8 +57,13 @@ def status(
 
 
 def get(
-    product: Annotated[str, typer.Argument(help="What to fetch: ldem, height_std, scan, nsp or record.",
-                                            autocompletion=lambda: list(commands.command("get").arguments[0].choices))],
+    product: Annotated[
+        str,
+        typer.Argument(
+            help="What to fetch: ldem, height_std, scan, nsp or record.",
+            autocompletion=lambda: list(commands.command("get").arguments[0].choices),
+        ),
+    ],
     from_s: Annotated[str | None, typer.Argument(metavar="FROM_S", help="Of the record: onboard time, s.")] = None,
     to_s: Annotated[str | None, typer.Argument(metavar="TO_S", help="Of the record: onboard time, s.")] = None,
     channels: Annotated[str | None, typer.Argument(help="Of the record: all or slim (a fifth of the bytes).")] = None,
@@ -123,8 +128,13 @@ def script(
         text = sys.stdin.read() if file == "-" else Path(file).read_text()
     except OSError as error:
         raise NoStationError(f"{file}: {error.strerror}") from error
-    plan = Plan(tuple(parse(text, file)), barrier=barrier, limit_s=timeout, report_s=0.0,
-                asked_by="script" if file == "-" else f"script {file}")
+    plan = Plan(
+        tuple(parse(text, file)),
+        barrier=barrier,
+        limit_s=timeout,
+        report_s=0.0,
+        asked_by="script" if file == "-" else f"script {file}",
+    )
     code, session = ask(station, plan, as_json)
     for product in session.products.values():
         if out is not None:

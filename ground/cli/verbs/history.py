@@ -51,20 +51,37 @@ def add(app: typer.Typer) -> None:
 
 
 def events(
-    severity: Annotated[str, typer.Option(metavar="LEAST", help=f"This or worse: {', '.join(SEVERITIES)}.",
-                                          autocompletion=lambda: list(SEVERITIES))] = "debug",
-    name: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Of this name only; again for more.",
-                                                   autocompletion=lambda: [row.name for row in EVENTS])] = None,
-    since: Since = "", until: Until = "", last: Last = 50, file: File = None, station: StationFile = None,
+    severity: Annotated[
+        str,
+        typer.Option(
+            metavar="LEAST", help=f"This or worse: {', '.join(SEVERITIES)}.", autocompletion=lambda: list(SEVERITIES)
+        ),
+    ] = "debug",
+    name: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            help="Of this name only; again for more.",
+            autocompletion=lambda: [row.name for row in EVENTS],
+        ),
+    ] = None,
+    since: Since = "",
+    until: Until = "",
+    last: Last = 50,
+    file: File = None,
+    station: StationFile = None,
     as_json: Json = False,
-) -> None:  # fmt: skip
+) -> None:
     """Show events of the rover from the archive; `ground watch` shows them as they arrive."""
     if severity not in SEVERITIES:
         raise typer.BadParameter(f"`{severity}` should be one of {', '.join(SEVERITIES)}", param_hint="--severity")
     least = SEVERITIES.index(severity)
     with read.reading(archive_path(file, station)) as db:
-        found = [row for row in read.rows(db, "events", span(since, until, name or ()))
-                 if SEVERITIES.index(row["severity"]) >= least]
+        found = [
+            row
+            for row in read.rows(db, "events", span(since, until, name or ()))
+            if SEVERITIES.index(row["severity"]) >= least
+        ]
         zeros = read.boots(db)
     for row in found[-last:] if last else found:
         line_out(_event_json(row, zeros) if as_json else _event_line(row, zeros))
@@ -78,19 +95,24 @@ def _event_json(row: dict[str, Any], zeros: dict[int, int]) -> str:
 
 def _event_line(row: dict[str, Any], zeros: dict[int, int]) -> str:
     mark = "; filled in later" if row["filled"] else ""
-    return (f"{when.told(row['utc_ns'])}  {row['severity']:8}  {row['name']}: {row['text']}  "
-            f"({when.onboard(row['onboard_ns'], zeros.get(row['boot_id']))}{mark})")
+    return (
+        f"{when.told(row['utc_ns'])}  {row['severity']:8}  {row['name']}: {row['text']}  "
+        f"({when.onboard(row['onboard_ns'], zeros.get(row['boot_id']))}{mark})"
+    )
 
 
 def requests(
     still: Annotated[bool, typer.Option("--open", help="Only those whose outcome is not known.")] = False,
-    since: Since = "", until: Until = "", last: Last = 20, file: File = None, station: StationFile = None,
+    since: Since = "",
+    until: Until = "",
+    last: Last = 20,
+    file: File = None,
+    station: StationFile = None,
     as_json: Json = False,
-) -> None:  # fmt: skip
+) -> None:
     """Show every request with its outcome, including those that wait for their start time."""
     with read.reading(archive_path(file, station)) as db:
-        found = [chain for chain in read.chains(db, span(since, until))
-                 if not (still and chain.state in _FINAL)]
+        found = [chain for chain in read.chains(db, span(since, until)) if not (still and chain.state in _FINAL)]
     for chain in found[-last:] if last else found:
         line_out(_chain_json(chain) if as_json else _chain_line(chain))
     if not found and not as_json:
@@ -99,13 +121,15 @@ def requests(
 
 def _chain_json(chain: Chain) -> str:
     reports = [{"at_ns": at_ns, "state": state, "text": text} for at_ns, state, text in chain.reports]
-    return as_line({**chain._asdict(), "arguments": arguments_of(chain.arguments), "state": chain.state,
-                    "reports": reports})
+    return as_line(
+        {**chain._asdict(), "arguments": arguments_of(chain.arguments), "state": chain.state, "reports": reports}
+    )
 
 
 def _chain_line(chain: Chain) -> str:
-    words = " ".join(f"{value:g}" if isinstance(value, float) else str(value)
-                     for value in arguments_of(chain.arguments).values())
+    words = " ".join(
+        f"{value:g}" if isinstance(value, float) else str(value) for value in arguments_of(chain.arguments).values()
+    )
     text = chain.reports[-1][2] if chain.reports else "nothing heard of it"
     ways = " > ".join(dict.fromkeys(state.lower() for _, state, _ in chain.reports)) or "requested"
     by = f"  (by {chain.asked_by})" if chain.asked_by else ""
@@ -114,9 +138,13 @@ def _chain_line(chain: Chain) -> str:
 
 def link(
     for_s: Annotated[float, typer.Option("--for", min=1, metavar="S", help="Listen so long.")] = 10.0,
-    since: Since = "", until: Until = "", file: File = None, contact: Contact = 20.0, station: StationFile = None,
+    since: Since = "",
+    until: Until = "",
+    file: File = None,
+    contact: Contact = 20.0,
+    station: StationFile = None,
     as_json: Json = False,
-) -> None:  # fmt: skip
+) -> None:
     """Show statistics of the link: received, lost, data rates. Listens, or, with --since, queries the archive."""
     if since or until or file is not None:
         _figures(archive_path(file, station), span(since, until), as_json, {})
@@ -146,23 +174,37 @@ def _rows(rows: Iterable[dict[str, object]]) -> Iterable[link_figures.Row]:
     for row in rows:
         data, at, counter, boot = row["data"], row["utc_ns"], row["counter"], row["boot_id"]
         assert isinstance(data, bytes) and isinstance(at, int)
-        yield link_figures.Row(at, str(row["direction"]), str(row["verdict"]), len(data),
-                               counter if isinstance(counter, int) else None,
-                               boot if isinstance(boot, int) else None, int(str(row["run"])))
+        yield link_figures.Row(
+            at,
+            str(row["direction"]),
+            str(row["verdict"]),
+            len(data),
+            counter if isinstance(counter, int) else None,
+            boot if isinstance(boot, int) else None,
+            int(str(row["run"])),
+        )
 
 
 def plot(
-    names: Annotated[list[str], typer.Argument(
-        metavar="ITEM...", help="Telemetry items, as `ground status` names them.", autocompletion=items)],
-    since: Since = "", until: Until = "",
+    names: Annotated[
+        list[str],
+        typer.Argument(metavar="ITEM...", help="Telemetry items, as `ground status` names them.", autocompletion=items),
+    ],
+    since: Since = "",
+    until: Until = "",
     picture: Annotated[Path, typer.Option("--out", metavar="FILE", help="Where to, a PNG file.")] = Path("plot.png"),
-    file: File = None, station: StationFile = None, as_json: Json = False,
-) -> None:  # fmt: skip
+    file: File = None,
+    station: StationFile = None,
+    as_json: Json = False,
+) -> None:
     """Draw items over time, from the archive, as a picture; with --json print the values instead, one line an item."""
     known, asked = check_items(names), span(since, until)
     with read.reading(archive_path(file, station)) as db:
-        rows = [(row["name"], row["utc_ns"], row["value"])
-                for row in read.rows(db, "items", asked._replace(names=known)) if row["value"] is not None]
+        rows = [
+            (row["name"], row["utc_ns"], row["value"])
+            for row in read.rows(db, "items", asked._replace(names=known))
+            if row["value"] is not None
+        ]
     if not rows:
         raise fail(NO_INPUT, f"no value of {', '.join(known)} in that time")
     if as_json:

@@ -36,7 +36,9 @@ def write_keys(folder: Path, stations: int, epochs: int) -> list[Path]:
     up = {station: secrets.token_bytes(32) for station in range(1, stations + 1)}
     down = {DOWNLINK_KEY_ID: secrets.token_bytes(32)}
     files: dict[Path, tuple[str, Mapping[int, bytes]]] = {
-        folder / "rover" / "command.keys": (KEY_UP, up), folder / "rover" / "downlink.key": (KEY_DOWN, down)}
+        folder / "rover" / "command.keys": (KEY_UP, up),
+        folder / "rover" / "downlink.key": (KEY_DOWN, down),
+    }
     for station, secret in up.items():
         files[folder / f"station-{station}" / "command.key"] = (KEY_UP, {station: secret})
         files[folder / f"station-{station}" / "downlink.key"] = (KEY_DOWN, down)
@@ -55,8 +57,10 @@ def write_keys(folder: Path, stations: int, epochs: int) -> list[Path]:
 def id_lines(where: str, keys: Keyring) -> list[str]:
     """Return the public description of a file's keys: direction, id, fingerprint, epochs."""
     epochs = " ".join(map(str, keys.epochs))
-    return [f"{where}  {keys.direction}  {_whose(keys, key_id)}  {keys.fingerprint(key_id)}  epochs {epochs}"
-            for key_id in keys.key_ids]
+    return [
+        f"{where}  {keys.direction}  {_whose(keys, key_id)}  {keys.fingerprint(key_id)}  epochs {epochs}"
+        for key_id in keys.key_ids
+    ]
 
 
 def _whose(keys: Keyring, key_id: int) -> str:
@@ -65,8 +69,9 @@ def _whose(keys: Keyring, key_id: int) -> str:
 
 def app(rotate: Rotate) -> typer.Typer:
     """Return the family of commands. rotate(epoch, timeout, contact, station file, as_json) changes the epoch."""
-    made = typer.Typer(help="Keys of the link: made and paired by file, told by fingerprints, rotated by epoch.",
-                       no_args_is_help=True)
+    made = typer.Typer(
+        help="Keys of the link: made and paired by file, told by fingerprints, rotated by epoch.", no_args_is_help=True
+    )
 
     @made.command("init", epilog="Examples: ground keys init keys | ground keys init keys --stations 3")
     def _init(
@@ -76,10 +81,13 @@ def app(rotate: Rotate) -> typer.Typer:
     ) -> None:
         """Make new keys: a folder for the rover, one for each station, one for viewers."""
         paths = write_keys(folder, stations, epochs)
-        _say(*(line for path in paths for line in id_lines(str(path), keys_in(str(path)))), "",
-             f"carry {folder}/rover to the rover: [link] command_keys and downlink_key, [state] folder",
-             f"carry {folder}/station-N to station N: command_keys, downlink_key, station = N, state",
-             "then compare the fingerprints there (`ground keys show-ids FILE...`) and remove this copy")
+        _say(
+            *(line for path in paths for line in id_lines(str(path), keys_in(str(path)))),
+            "",
+            f"carry {folder}/rover to the rover: [link] command_keys and downlink_key, [state] folder",
+            f"carry {folder}/station-N to station N: command_keys, downlink_key, station = N, state",
+            "then compare the fingerprints there (`ground keys show-ids FILE...`) and remove this copy",
+        )
 
     @made.command("show-ids", epilog="Examples: ground keys show-ids | ground keys show-ids /etc/el-dorado/*key*")
     def _show_ids(
@@ -96,14 +104,18 @@ def app(rotate: Rotate) -> typer.Typer:
     @made.command("rotate", epilog="Examples: ground keys rotate 1 | ground keys rotate 2 --json")
     def _rotate(
         epoch: Annotated[int, typer.Argument(min=0, max=255, metavar="EPOCH", help="A later one that is loaded.")],
-        timeout: Timeout = 60.0, contact: Contact = 20.0, station: StationFile = None, as_json: Json = False,
+        timeout: Timeout = 60.0,
+        contact: Contact = 20.0,
+        station: StationFile = None,
+        as_json: Json = False,
     ) -> None:
         """Activate a loaded epoch on the rover, irreversibly; every station that has it loaded follows."""
         keys = station_keys(load_settings(station))
         if epoch not in keys.downlink.epochs or epoch not in keys.command.epochs:
             known = " ".join(map(str, keys.downlink.epochs))
-            raise typer.BadParameter(f"epoch {epoch} is not loaded here, the rover would not be understood; loaded: "
-                                     f"{known}")
+            raise typer.BadParameter(
+                f"epoch {epoch} is not loaded here, the rover would not be understood; loaded: {known}"
+            )
         rotate(epoch, timeout, contact, station, as_json)
 
     return made

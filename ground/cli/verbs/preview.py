@@ -29,21 +29,37 @@ _FAILED = 1
 _CONTACT_S, _FETCH_S = 5.0, 60.0
 
 
-@app.command(context_settings={"ignore_unknown_options": True},
-             epilog="Examples: ground preview goto 12 3 | ground preview goto 4 -1 --map map.npz --out way.png")
+@app.command(
+    context_settings={"ignore_unknown_options": True},
+    epilog="Examples: ground preview goto 12 3 | ground preview goto 4 -1 --map map.npz --out way.png",
+)
 def goto(
     x_m: Annotated[float, typer.Argument(metavar="X", help="East in the map frame, m.")],
     y_m: Annotated[float, typer.Argument(metavar="Y", help="North in the map frame, m.")],
-    map_file: Annotated[Path | None, typer.Option("--map", metavar="FILE", help="A map that `ground get ldem` wrote; "
-                                                  "else the newest in the archive.")] = None,
+    map_file: Annotated[
+        Path | None,
+        typer.Option(
+            "--map", metavar="FILE", help="A map that `ground get ldem` wrote; else the newest in the archive."
+        ),
+    ] = None,
     gdem: Annotated[Path | None, typer.Option(metavar="FILE", help="The orbiter's map, as the rover has it.")] = None,
-    config: Annotated[Path | None, typer.Option(metavar="FILE", help="The rover's settings (TOML); else the "
-                                                "parameters fetched last, else the defaults.")] = None,
+    config: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="The rover's settings (TOML); else the parameters fetched last, else the defaults."
+        ),
+    ] = None,
     picture: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="A picture of it, a PNG file.")] = None,
-    fetch: Annotated[bool, typer.Option("--fetch/--no-fetch", help="Ask the rover for its parameters where those "
-                                        "known here are not what it flies.")] = True,
-    file: File = None, station: StationFile = None, as_json: Json = False,
-) -> None:  # fmt: skip
+    fetch: Annotated[
+        bool,
+        typer.Option(
+            "--fetch/--no-fetch", help="Ask the rover for its parameters where those known here are not what it flies."
+        ),
+    ] = True,
+    file: File = None,
+    station: StationFile = None,
+    as_json: Json = False,
+) -> None:
     """Show path, length and time of a goto, by the rover's own planner on the newest fetched map.
 
     Beforehand `ground scan`, `ground get ldem`. The rover is asked for its parameters if they are not known.

@@ -79,8 +79,9 @@ def _start(word: str) -> tuple[float, int]:
             return start_s, 0
     except ValueError:
         pass
-    raise typer.BadParameter(f"{word!r} should be seconds of onboard time or UTC like 2026-11-22T12:00:00Z",
-                             param_hint="--start")
+    raise typer.BadParameter(
+        f"{word!r} should be seconds of onboard time or UTC like 2026-11-22T12:00:00Z", param_hint="--start"
+    )
 
 
 def plan_of(words: list[str], contact_s: float, timeout_s: float, lifetime_s: float = 60.0, start: str = "0") -> Plan:

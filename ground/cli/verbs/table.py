@@ -16,13 +16,21 @@ from ground.cli.verbs.options import Yes, confirm
 from protocol.tables.arguments import Kind
 from protocol.tables.commands import FAMILIES, Argument, Command
 
-StationFile = Annotated[Path | None, typer.Option(
-    "--station", metavar="FILE", help="Station file; else ./ground.toml or ./build/sim/ground.toml.")]
+StationFile = Annotated[
+    Path | None,
+    typer.Option("--station", metavar="FILE", help="Station file; else ./ground.toml or ./build/sim/ground.toml."),
+]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object per line.")]
 Timeout = Annotated[float, typer.Option(min=0, metavar="S", help="Give up after so many seconds; 0: never.")]
 Contact = Annotated[float, typer.Option(min=0, metavar="S", help="How long to wait for the first word of the rover.")]
-Start = Annotated[str, typer.Option("--start", metavar="S|UTC", help="Begin no earlier than this: seconds of onboard "
-                                    "time, or UTC like 2026-11-22T12:00:00Z; 0: at once.")]
+Start = Annotated[
+    str,
+    typer.Option(
+        "--start",
+        metavar="S|UTC",
+        help="Begin no earlier than this: seconds of onboard time, or UTC like 2026-11-22T12:00:00Z; 0: at once.",
+    ),
+]
 FAMILY_HELP = {
     "faults": "The fault table: what is active, what is masked.", "map": "The rover's own map.",
     "fence": "Keep-outs, which the rover never enters, and fences within which goals lie.",
@@ -59,8 +67,11 @@ def add(app: typer.Typer, rows: Sequence[Command], run: Run) -> dict[str, typer.
             families[family] = typer.Typer(help=FAMILY_HELP[family], no_args_is_help=True)
             app.add_typer(families[family], name=family)
         where = families[family] if verb else app
-        where.command(verb or family, epilog=f"Example: ground {row.typed} {row.example}".rstrip(),
-                      context_settings={"ignore_unknown_options": True})(_verb(row, run))
+        where.command(
+            verb or family,
+            epilog=f"Example: ground {row.typed} {row.example}".rstrip(),
+            context_settings={"ignore_unknown_options": True},
+        )(_verb(row, run))
     assert set(families) <= set(FAMILIES)
     return families
 
@@ -74,11 +85,18 @@ def _verb(row: Command, run: Run) -> Callable[..., None]:
 
     parameters = [_parameter(argument, argument is row.arguments[-1]) for argument in row.arguments]
     patience_s = _LONG_S if row.moves else _SHORT_S
-    options = [("start", Start, "0"), ("timeout", Timeout, patience_s), ("contact", Contact, 20.0),
-               ("station", StationFile, None), ("as_json", Json, False)]
+    options = [
+        ("start", Start, "0"),
+        ("timeout", Timeout, patience_s),
+        ("contact", Contact, 20.0),
+        ("station", StationFile, None),
+        ("as_json", Json, False),
+    ]
     options += [("yes", Yes, False)] * (row.name in ASKS)
-    parameters += [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
-                   for name, kind, default in options]
+    parameters += [
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
+        for name, kind, default in options
+    ]
     verb.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     verb.__annotations__ = {p.name: p.annotation for p in parameters}
     verb.__name__ = row.name
@@ -92,8 +110,12 @@ def _parameter(argument: Argument, last: bool) -> inspect.Parameter:
     known = list(argument.choices or argument.known)
     about = typer.Argument(metavar=typed(argument), help=told, autocompletion=lambda: known)
     default = inspect.Parameter.empty if argument.required else None
-    return inspect.Parameter(argument.name, inspect.Parameter.KEYWORD_ONLY, default=default,
-                             annotation=Annotated[kind if argument.required else kind | None, about])
+    return inspect.Parameter(
+        argument.name,
+        inspect.Parameter.KEYWORD_ONLY,
+        default=default,
+        annotation=Annotated[kind if argument.required else kind | None, about],
+    )
 
 
 def _listed(value: Any) -> list[Any]:

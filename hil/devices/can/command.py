@@ -125,8 +125,13 @@ class _Status:
             rates = [round(drive.rate_radps, 2) for drive in stand.nodes.drives()]
             steers = [round(drive.steer_rad, 2) for drive in stand.nodes.drives()]
             clients = wire.live if isinstance(wire, CanHub) else None
-            row = {"t_s": self._shown_s, "clients": clients, "rates_radps": rates, "steers_rad": steers,
-                   "stopped": [n.name for n in stand.nodes.all if n.latched]}  # fmt: skip
+            row = {
+                "t_s": self._shown_s,
+                "clients": clients,
+                "rates_radps": rates,
+                "steers_rad": steers,
+                "stopped": [n.name for n in stand.nodes.all if n.latched],
+            }
             if self._json:
                 typer.echo(json.dumps(row))
             elif self._console.is_terminal:

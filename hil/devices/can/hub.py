@@ -170,8 +170,7 @@ class CanHub:
                 client.put(text, 1)
 
     def read(self, stamp_ns: int = 0) -> list[Frame]:
-        """Frames that clients sent since the last call, with this stamp; client by client in the order of connection.
-        """
+        """Frames that clients sent since the last call, with this stamp; by client in the order of connection."""
         got: list[Frame] = []
         for client in self._clients:
             got += [Frame(can_id, data, stamp_ns) for can_id, data, _ in client.frames]

@@ -159,9 +159,7 @@ class ImuNode(Node):
     silent: fault, see Node
     """
 
-    def __init__(
-        self, rng: np.random.Generator, rotation: Rows | None = None, errors: ImuErrors = USUAL.imu
-    ) -> None:
+    def __init__(self, rng: np.random.Generator, rotation: Rows | None = None, errors: ImuErrors = USUAL.imu) -> None:
         super().__init__("IMU", set(), rng)
         self._into = None if rotation is None else tuple(zip(*rotation))  # base_link's axes into its own
         self._errors, self._noise = errors, Noise(rng)
@@ -177,13 +175,21 @@ class ImuNode(Node):
         """Measure once; the frames go to `out`."""
         e = self._errors
         self._axes(
-            GYRO, now_ns, rotated(self._into, truth.angular_radps.tolist()), self._gyro_scale, self.gyro_bias_radps,
+            GYRO,
+            now_ns,
+            rotated(self._into, truth.angular_radps.tolist()),
+            self._gyro_scale,
+            self.gyro_bias_radps,
             (e.gyro_noise_radps, e.gyro_walk_radps, e.gyro_limit_radps),
-        )  # fmt: skip
+        )
         self._axes(
-            ACCEL, now_ns, rotated(self._into, self._felt(now_ns, truth).tolist()), self._accel_scale,
-            self.accel_bias_mps2, (e.accel_noise_mps2, e.accel_walk_mps2, e.accel_limit_mps2),
-        )  # fmt: skip
+            ACCEL,
+            now_ns,
+            rotated(self._into, self._felt(now_ns, truth).tolist()),
+            self._accel_scale,
+            self.accel_bias_mps2,
+            (e.accel_noise_mps2, e.accel_walk_mps2, e.accel_limit_mps2),
+        )
         self.beat(now_ns)
 
     def _felt(self, now_ns: int, truth: PlantState) -> NDArray[np.float64]:
@@ -196,9 +202,14 @@ class ImuNode(Node):
         return truth.specific_force_mps2 + np.cross(grown / dt_s, lever_m) + np.cross(spin, np.cross(spin, lever_m))
 
     def _axes(
-        self, can_id: int, now_ns: int, true: Sequence[float], scale: list[float], bias: list[float],
+        self,
+        can_id: int,
+        now_ns: int,
+        true: Sequence[float],
+        scale: list[float],
+        bias: list[float],
         model: tuple[float, float, float],
-    ) -> None:  # fmt: skip
+    ) -> None:
         sigma, walk, limit = model
         noise, seen, status = self._noise.next, [], 0
         for axis in (0, 1, 2):

@@ -99,8 +99,7 @@ class TiltNode(Node):
         return TiltState.MOVING if moving and not self.stalled else TiltState.PARKED
 
     def angles_at(self, times_ns: NDArray[np.int64]) -> NDArray[np.float64]:
-        """True tilt angle, (n,) float64 in rad, at times of the last 20 s, (n,) int64; constant after the newest knot.
-        """
+        """True tilt angle, (n,) float64 in rad, at times of the last 20 s, (n,) int64; constant after the last knot."""
         n = self._filled
         return np.interp(np.asarray(times_ns, dtype=np.float64), self._times_ns[:n], self._angles_rad[:n])
 

@@ -49,9 +49,13 @@ def main(
     link: Annotated[Path | None, typer.Option(help="A link of this name to the pseudo terminal.")] = None,
     scene: Annotated[str, typer.Option(help=f"What it sees: {', '.join(SCENES)}.")] = "room",
     tilt: Annotated[float, typer.Option(help="Degrees that its front looks down.", min=-90, max=90)] = 0.0,
-    lidar: Annotated[list[str] | None, typer.Option(
-        metavar="KEY=VALUE", help="As in a scenario's [lidar] (docs/sensors.md), over the profile; may be repeated.",
-    )] = None,
+    lidar: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="KEY=VALUE",
+            help="As in a scenario's [lidar] (docs/sensors.md), over the profile; may be repeated.",
+        ),
+    ] = None,
     fault: Annotated[list[str] | None, typer.Option(help="A fault, see below; may be repeated.")] = None,
     faults: Annotated[Path | None, typer.Option(help="TOML file of `fault` tables: kind, at_s, for_s, value.")] = None,
     clock_start: Annotated[float, typer.Option(help="First count of its clock, ms; below 0: before the wrap.")] = 0.0,

@@ -99,11 +99,21 @@ def _information(machine: Machine, asked: scip.Request) -> Answer:
     coded = machine.profile.quirks.time_in_characters
     time = scip.encode_value(time_ms, 4).decode() if coded else f"{time_ms:06X}"
     state = machine.mode_before if machine.now_ns < machine.mode_ns else machine.state
-    return Answer("00", _text(machine.profile, (
-        ("MODL", texts.parameters[0][1]), ("LASR", "ON" if machine.laser_on else "OFF"), ("SCSP", texts.speed),
-        ("MESM", texts.mode(state.value)), ("SBPS", texts.link), ("TIME", time),
-        ("STAT", texts.trouble if machine.state is State.FAULT else texts.well),
-    )))  # fmt: skip
+    return Answer(
+        "00",
+        _text(
+            machine.profile,
+            (
+                ("MODL", texts.parameters[0][1]),
+                ("LASR", "ON" if machine.laser_on else "OFF"),
+                ("SCSP", texts.speed),
+                ("MESM", texts.mode(state.value)),
+                ("SBPS", texts.link),
+                ("TIME", time),
+                ("STAT", texts.trouble if machine.state is State.FAULT else texts.well),
+            ),
+        ),
+    )
 
 
 def _state(machine: Machine, asked: scip.Request) -> Answer:

@@ -65,8 +65,10 @@ class LidarErrors:
 
     def __post_init__(self) -> None:
         if self.clump_least_beams > self.clump_most_beams:
-            raise ConfigError(f"lidar: clump_least_beams = {self.clump_least_beams} is more than "
-                              f"clump_most_beams = {self.clump_most_beams}")  # fmt: skip
+            raise ConfigError(
+                f"lidar: clump_least_beams = {self.clump_least_beams} is more than "
+                f"clump_most_beams = {self.clump_most_beams}"
+            )
         for name in ("sun", "window"):
             ratio, begin_rad, end_rad = (getattr(self, f"{name}_{key}") for key in ("ratio", "from_rad", "to_rad"))
             if ratio > 0 and begin_rad == end_rad:
@@ -75,16 +77,30 @@ class LidarErrors:
     def applied(self) -> Profile:
         """Profile of the sensor with these errors."""
         return replace(
-            PROFILES[self.profile], rate_error=self.rate_error_ppm / 1e6, motor_jitter_ns=_ns(self.motor_jitter_s),
-            latency_ns=round(self.latency_s * 1e9), jitter_ns=_ns(self.jitter_s),
-            spike_ratio=self.spike_ratio, spike_ns=_ns(self.spike_s),
-            dropout_ratio=self.lost_ratio, clump_ratio=self.clump_ratio,
-            clump_least=self.clump_least_beams, clump_most=self.clump_most_beams, grazing_rad=self.grazing_rad,
-            mixed_ratio=self.mixed_ratio, outlier_ratio=self.outlier_ratio, outlier_m=self.outlier_m,
-            speck_ratio=self.speck_ratio, speck_m=self.speck_m,
-            sun_ratio=self.sun_ratio, sun_from_rad=self.sun_from_rad, sun_to_rad=self.sun_to_rad,
-            window_ratio=self.window_ratio, window_from_rad=self.window_from_rad, window_to_rad=self.window_to_rad,
-        )  # fmt: skip
+            PROFILES[self.profile],
+            rate_error=self.rate_error_ppm / 1e6,
+            motor_jitter_ns=_ns(self.motor_jitter_s),
+            latency_ns=round(self.latency_s * 1e9),
+            jitter_ns=_ns(self.jitter_s),
+            spike_ratio=self.spike_ratio,
+            spike_ns=_ns(self.spike_s),
+            dropout_ratio=self.lost_ratio,
+            clump_ratio=self.clump_ratio,
+            clump_least=self.clump_least_beams,
+            clump_most=self.clump_most_beams,
+            grazing_rad=self.grazing_rad,
+            mixed_ratio=self.mixed_ratio,
+            outlier_ratio=self.outlier_ratio,
+            outlier_m=self.outlier_m,
+            speck_ratio=self.speck_ratio,
+            speck_m=self.speck_m,
+            sun_ratio=self.sun_ratio,
+            sun_from_rad=self.sun_from_rad,
+            sun_to_rad=self.sun_to_rad,
+            window_ratio=self.window_ratio,
+            window_from_rad=self.window_from_rad,
+            window_to_rad=self.window_to_rad,
+        )
 
 
 def _ns(seconds: float) -> float:
@@ -101,9 +117,15 @@ def plain(profile: str) -> LidarErrors:
 
 def _real(profile: str) -> LidarErrors:
     return replace(
-        plain(profile), rate_error_ppm=80.0, motor_jitter_s=30e-6, lost_ratio=0.01, clump_ratio=0.5,
-        grazing_rad=math.radians(5.0), mixed_ratio=0.1, outlier_ratio=0.0002,
-    )  # fmt: skip
+        plain(profile),
+        rate_error_ppm=80.0,
+        motor_jitter_s=30e-6,
+        lost_ratio=0.01,
+        clump_ratio=0.5,
+        grazing_rad=math.radians(5.0),
+        mixed_ratio=0.1,
+        outlier_ratio=0.0002,
+    )
 
 
 IDEAL, REAL = plain("ideal"), _real("utm-30lx")

@@ -112,6 +112,7 @@ def load_faults(path: Path) -> tuple[Fault, ...]:
 
 def _put(name: str) -> tuple[Act, Act]:
     """Begin and heal functions for a ratio of the optics; heal restores the value of the profile."""
+
     def begin(sensor: Sensor, value: str) -> None:
         setattr(sensor.optics, name, float(value))
 

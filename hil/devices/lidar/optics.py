@@ -102,8 +102,7 @@ def brightness(values: I32) -> I32:
 
 
 def echoes(ranges_m: F64) -> F64:
-    """Up to three ranges a beam, (n, 3), NaN = none: a beam just behind an edge also meets the surface in front of it.
-    """
+    """Up to three ranges a beam, (n, 3), NaN = none: a beam just behind an edge also meets the surface before it."""
     padded = np.concatenate((ranges_m[:1], ranges_m, ranges_m[-1:]))
     found = np.full((len(ranges_m), 3), np.nan)
     found[:, 0] = ranges_m

@@ -65,9 +65,13 @@ class Lidar:
     """
 
     def __init__(
-        self, seed: int, cast: Cast, profile: Profile = IDEAL, schedule: tuple[Fault, ...] = (),
+        self,
+        seed: int,
+        cast: Cast,
+        profile: Profile = IDEAL,
+        schedule: tuple[Fault, ...] = (),
         look: Look = lambda: None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.profile = profile
         self.connected = False
         self.unplugged = False

@@ -44,10 +44,16 @@ class Outlet:
         """Status for people and programs."""
         sensor, machine = self.sensor, self.sensor.machine
         return {
-            "address": self.cable.address, "client": self.cable.connected, "state": machine.state.name.lower(),
-            "clock_ms": sensor.clock_ms(now_ns), "requests": sensor.requests, "scans": sensor.scans,
-            "bytes": self.cable.sent, "dropped": self.cable.dropped, "faults": dict(sensor.faults.active),
-        }  # fmt: skip
+            "address": self.cable.address,
+            "client": self.cable.connected,
+            "state": machine.state.name.lower(),
+            "clock_ms": sensor.clock_ms(now_ns),
+            "requests": sensor.requests,
+            "scans": sensor.scans,
+            "bytes": self.cable.sent,
+            "dropped": self.cable.dropped,
+            "faults": dict(sensor.faults.active),
+        }
 
 
 def serve(outlets: Sequence[Outlet], go_on: Callable[[int], bool]) -> None:

@@ -1,11 +1,11 @@
 """State machine of the sensor: states, and changes by power, time, failures and the vendor's fault drill (DB).
 
-                        BM                  MD ...
-    power-on -> BOOTING -> STANDBY <-> SINGLE <-> MULTI      QT, RS, RT, the last scan: back to STANDBY, laser off
-                             ^  |  TM0, TM2
-                     QT      |  +<--------> TIMING
-    SLEEP -> WAKING ---------+
-    FAULT from any state; only RB, power, DB10 or the end of the injected fault leave it
+                    BM                  MD ...
+power-on -> BOOTING -> STANDBY <-> SINGLE <-> MULTI      QT, RS, RT, the last scan: back to STANDBY, laser off
+                         ^  |  TM0, TM2
+                 QT      |  +<--------> TIMING
+SLEEP -> WAKING ---------+
+FAULT from any state; only RB, power, DB10 or the end of the injected fault leave it
 """
 
 from __future__ import annotations

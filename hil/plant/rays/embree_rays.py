@@ -36,8 +36,10 @@ class EmbreeRays:
         """See hil.plant.rays.casters.RayCaster."""
         check_rays(origins_m, directions)
         found = self._scene.run(
-            (origins_m - self._middle_m).astype(np.float32), directions.astype(np.float32),
-            np.full(len(directions), np.nextafter(np.float32(range_m), np.float32(np.inf))), output=True,
+            (origins_m - self._middle_m).astype(np.float32),
+            directions.astype(np.float32),
+            np.full(len(directions), np.nextafter(np.float32(range_m), np.float32(np.inf))),
+            output=True,
         )
         (hit,) = np.nonzero(found["primID"] >= 0)
         ranges_m = np.full(len(directions), np.inf)

@@ -39,9 +39,17 @@ class GroundRays:
         self._soil = (soil.heights_m, soil.top_m, soil.tile_top_m, field.grid.x0_m, field.grid.y0_m, field.grid.cell_m)
         tile_reach_m = highest_of_tiles(reach_m.reshape(soil.top_m.shape))
         self._rocks = (
-            np.ascontiguousarray(np.stack((a, b - a, c - a), axis=1)), _first(rocks), boxes, of, of_from, rim,
-            reach_m, tile_reach_m, float(min(heights_m)) - MARGIN_M, float(max(heights_m)) + MARGIN_M,
-        )  # fmt: skip
+            np.ascontiguousarray(np.stack((a, b - a, c - a), axis=1)),
+            _first(rocks),
+            boxes,
+            of,
+            of_from,
+            rim,
+            reach_m,
+            tile_reach_m,
+            float(min(heights_m)) - MARGIN_M,
+            float(max(heights_m)) + MARGIN_M,
+        )
 
     def cast(self, origins_m: F64, directions: F64, range_m: float) -> F64:
         """Ranges (n,) of rays from origins (n, 3) along unit directions (n, 3); inf where nothing is met in range.
@@ -61,8 +69,7 @@ def _first(rocks: tuple[Rock, ...]) -> I32:
 
 
 def _squares(grid: Grid, box: F64) -> I32:
-    """Squares of the raster under a box, and one more on each side against rounding, as numbers j * (columns - 1) + i.
-    """
+    """Squares of the raster under a box, and one more on each side for rounding, as numbers j * (columns - 1) + i."""
     (i0, j0), (i1, j1) = np.floor((box[:, :2] - (grid.x0_m, grid.y0_m)) / grid.cell_m).astype(int)
     i = np.arange(max(i0 - 1, 0), min(i1 + 2, grid.columns - 1))
     j = np.arange(max(j0 - 1, 0), min(j1 + 2, grid.rows - 1))

@@ -46,14 +46,27 @@ Examples:
 @click.option("--side", type=float, default=1.5, show_default=True, metavar="M", help="Of the square; 0.5 to 5.")
 @click.option("--yes", is_flag=True, help="Do not ask before it drives.")
 @click.option("--from", "source", type=Path, metavar="FILE", help="Drive nothing: take the record of a drive.")
-@click.option("--record", type=Path, metavar="FILE", default=Path("calibrate.mcap"), show_default=True,
-              help="Where to keep the drive.")
+@click.option(
+    "--record",
+    type=Path,
+    metavar="FILE",
+    default=Path("calibrate.mcap"),
+    show_default=True,
+    help="Where to keep the drive.",
+)
 @click.option("--out", "-o", type=Path, metavar="FILE", help="Write the keys to add to the configuration, as TOML.")
 @json_option
 def calibrate(
-    path: Path | None, settings: tuple[str, ...], uri: str | None, side: float, yes: bool, source: Path | None,
-    record: Path, out: Path | None, as_json: bool,
-) -> None:  # fmt: skip
+    path: Path | None,
+    settings: tuple[str, ...],
+    uri: str | None,
+    side: float,
+    yes: bool,
+    source: Path | None,
+    record: Path,
+    out: Path | None,
+    as_json: bool,
+) -> None:
     """Find wheel radius, steering offsets, mounting of scanner and inertial sensor. THE ROVER DRIVES A SQUARE.
 
     Before the square, the scanner sweeps down and up, which shows its lag. The drive needs level, firm ground, free
@@ -99,8 +112,9 @@ def _again(source: Path) -> Drive:
 def _driven(config: Config, uri: str | None, side_m: float, yes: bool, record: Path) -> Drive:
     from onboard.bringup.calibrate.drive import Drive
 
-    config = replace(config, can=replace(config.can, uri=uri or config.can.uri),
-                     record=replace(config.record, path=str(record)))  # fmt: skip
+    config = replace(
+        config, can=replace(config.can, uri=uri or config.can.uri), record=replace(config.record, path=str(record))
+    )
     if record.exists():
         raise fail(EX_CANTCREAT, f"{record} is there already: name another by --record")
     try:
@@ -126,8 +140,10 @@ def _drive(drive: Drive, config: Config, side_m: float, yes: bool) -> None:
     from onboard.bringup.can.jog import Phase
 
     minutes = sum(step.seconds for step in drive.steps) / 60
-    question = (f"The rover will drive a square of {side_m:g} m to its left, {minutes:.0f} minutes. Is all within "
-                f"{room_m(side_m):.1f} m free, and a hand on the stop button?")  # fmt: skip
+    question = (
+        f"The rover will drive a square of {side_m:g} m to its left, {minutes:.0f} minutes. Is all within "
+        f"{room_m(side_m):.1f} m free, and a hand on the stop button?"
+    )
     with ports(config) as shell:
         ready = shell.until(drive, Phase.READY, lambda _: None)
         if ready and not (yes or agreed(question)):

@@ -130,9 +130,11 @@ class Drive:
             return Outputs(lidar_bytes=self._farewell(now_ns), events=events, state_digest=self._digest())
         self.nodes.set_wheels(self._orders)
         return Outputs(
-            can_frames=self.nodes.send(now_ns, Mode.STANDBY), lidar_bytes=self.lidar.send(now_ns),
-            lidar_connect=self.lidar.wants_connect(now_ns), state_digest=self._digest(),
-        )  # fmt: skip
+            can_frames=self.nodes.send(now_ns, Mode.STANDBY),
+            lidar_bytes=self.lidar.send(now_ns),
+            lidar_connect=self.lidar.wants_connect(now_ns),
+            state_digest=self._digest(),
+        )
 
     def _digest(self) -> bytes:
         items = (self.phase.value, self.at, self.nodes.digest_items(), self.lidar.digest_items())
@@ -165,9 +167,7 @@ class Drive:
         currents_a = self._currents_a(now_ns)
         if self._imu:
             self._logger.tick(self.at, now_ns, moved.standing, self.nodes.wheels, self._imu, self.nodes.wheel_status)
-        self._watch.update(
-            Seen(now_ns, self._orders, self.nodes.wheels, currents_a, self._imu, moved, turn_radps, 0.0)
-        )
+        self._watch.update(Seen(now_ns, self._orders, self.nodes.wheels, currents_a, self._imu, moved, turn_radps, 0.0))
         self._end(next(chain(self._permit.forbidden(), self._against(now_ns)), ""), now_ns)
         if self.stopped or self.problem:
             self._halt(now_ns)

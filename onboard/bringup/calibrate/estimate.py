@@ -80,8 +80,14 @@ def estimate(evidence: Evidence, before: Rover) -> Estimate:
         Value(key, float(then), float(now), float(sigma), bool(share > 1.0 - SEEN_RATIO**2))
         for key, then, now, sigma, share in zip(CALIBRATED, believed(before), found.x, sigmas, seen)
     )
-    return Estimate(values, tuple(_words(column) for column in blind.T), misfit, float(np.exp(found.x[GRIP])),
-                    len(model.evidence.pairs.i), odd_pairs)  # fmt: skip
+    return Estimate(
+        values,
+        tuple(_words(column) for column in blind.T),
+        misfit,
+        float(np.exp(found.x[GRIP])),
+        len(model.evidence.pairs.i),
+        odd_pairs,
+    )
 
 
 def _fitted(model: Model, start: F64) -> OptimizeResult:

@@ -1,6 +1,6 @@
 """Evidence of a drive, computed from its log: stops, legs between them, and aligned pairs of scans.
 
-    stop --leg--> stop --leg--> stop ...      a stop is a scan of the standing rover, a leg all motion in between
+stop --leg--> stop --leg--> stop ...      a stop is a scan of the standing rover, a leg all motion in between
 """
 
 from __future__ import annotations
@@ -115,11 +115,13 @@ def evidence(log: Log, before: Rover) -> Evidence:
         np.array([log.accel_mps2[stand].mean(axis=0) for stand in stands]),
         np.array([leg.turn.as_matrix() for leg in legs]),
         np.concatenate([np.full(len(leg.rolled_rad), k) for k, leg in enumerate(legs)]),
-        np.concatenate([leg.rolled_rad for leg in legs]), np.concatenate([leg.steer_rad for leg in legs]),
+        np.concatenate([leg.rolled_rad for leg in legs]),
+        np.concatenate([leg.steer_rad for leg in legs]),
         np.concatenate([leg.yaw_rad for leg in legs]),
         _pairs(clouds, _guesses(legs, before), before),
-        np.array([normal for normal, _ in planes]).reshape(-1, 3), np.array([depth_m for _, depth_m in planes]),
-    )  # fmt: skip
+        np.array([normal for normal, _ in planes]).reshape(-1, 3),
+        np.array([depth_m for _, depth_m in planes]),
+    )
 
 
 class _Leg(NamedTuple):
@@ -193,8 +195,11 @@ def _pairs(clouds: list[F64], guesses: list[F64], before: Rover) -> Pairs:
         raise EvidenceError("no scan could be aligned to another: there must be rocks or boxes around, within 8 m")
     T = np.array([aligned.T_target_source for _, _, aligned in made])
     return Pairs(
-        np.array([i for i, _, _ in made]), np.array([j for _, j, _ in made]), T[:, :3, :3],
-        T[:, :3, 3], np.array([np.linalg.inv(np.linalg.cholesky(a.covariance + floor)) for _, _, a in made]),
+        np.array([i for i, _, _ in made]),
+        np.array([j for _, j, _ in made]),
+        T[:, :3, :3],
+        T[:, :3, 3],
+        np.array([np.linalg.inv(np.linalg.cholesky(a.covariance + floor)) for _, _, a in made]),
     )
 
 

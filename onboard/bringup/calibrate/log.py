@@ -60,16 +60,22 @@ class Logger:
         self._sweeps: dict[int, Sweep] = {}
 
     def tick(
-        self, step: int, now_ns: int, standing: bool, wheels: Sequence[WheelState | None], imu: ImuSample,
+        self,
+        step: int,
+        now_ns: int,
+        standing: bool,
+        wheels: Sequence[WheelState | None],
+        imu: ImuSample,
         status: Sequence[WheelStatus | None],
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Add the row of one tick; a tick with an unknown wheel is left out."""
         if all(wheel is not None for wheel in wheels):
             currents_a = (told.drive_current_a if told else 0.0 for told in status)
             positions = (wheel.position_rad for wheel in wheels if wheel)
             steers = (wheel.steer_rad for wheel in wheels if wheel)
-            self._rows.append((step, now_ns * 1e-9, standing, *positions, *steers, *imu.gyro_radps, *imu.accel_mps2,
-                               *currents_a))  # fmt: skip
+            self._rows.append(
+                (step, now_ns * 1e-9, standing, *positions, *steers, *imu.gyro_radps, *imu.accel_mps2, *currents_a)
+            )
 
     def scan(self, step: int, sweep: Sweep) -> None:
         """Store the sweep of a step; its points are computed after the drive, when no tick waits."""
@@ -92,8 +98,15 @@ class Logger:
             return None
         sweep = self._sweeps[step]
         scans = [replace(scan, start_ns=scan.start_ns - late_ns) for scan in sweep.scans]
-        bare = replace(self._config.rover, lidar_x_m=0.0, lidar_y_m=0.0, lidar_z_m=0.0, lidar_roll_rad=0.0,
-                       lidar_pitch_rad=0.0, lidar_yaw_rad=0.0)  # fmt: skip
+        bare = replace(
+            self._config.rover,
+            lidar_x_m=0.0,
+            lidar_y_m=0.0,
+            lidar_z_m=0.0,
+            lidar_roll_rad=0.0,
+            lidar_pitch_rad=0.0,
+            lidar_yaw_rad=0.0,
+        )
         seen = points(gather(scans, sweep.tilt), bare).xyz_m
         near: F64 = seen[np.linalg.norm(seen, axis=1) <= self._config.scanning.range_m]
         return near
@@ -107,9 +120,15 @@ class Logger:
         turn = imu_rotation(self._config.rover)
         back = np.eye(3) if turn is None else np.array(turn)  # v_unit = R^T v_base, and rows are v^T
         return Log(
-            self._steps, table[:, 0].astype(np.int64), table[:, 1], table[:, 2] > 0, table[:, 3:7],
-            table[:, 7:11] - np.array(steer_offsets_rad(self._config.rover)), table[:, 11:14] @ back,
-            table[:, 14:17] @ back, table[:, 17:21], clouds, found,
+            self._steps,
+            table[:, 0].astype(np.int64),
+            table[:, 1],
+            table[:, 2] > 0,
+            table[:, 3:7],
+            table[:, 7:11] - np.array(steer_offsets_rad(self._config.rover)),
+            table[:, 11:14] @ back,
+            table[:, 14:17] @ back,
+            table[:, 17:21],
+            clouds,
+            found,
         )
-
-

@@ -74,8 +74,12 @@ class Model:
         e, wheels = self.evidence, unknowns[[0, 1, 2, 3, 4, GRIP]].tobytes()
         if wheels in self._newest:
             return self._newest[wheels]
-        moved = body_motions(unknowns[0] * e.rolled_rad, e.steer_rad + unknowns[STEERS], np.exp(unknowns[GRIP]),
-                             np.array(wheel_places(self.before)))  # fmt: skip
+        moved = body_motions(
+            unknowns[0] * e.rolled_rad,
+            e.steer_rad + unknowns[STEERS],
+            np.exp(unknowns[GRIP]),
+            np.array(wheel_places(self.before)),
+        )
         cosine, sine = np.cos(e.yaw_rad), np.sin(e.yaw_rad)
         x, y = cosine * moved[:, 0] - sine * moved[:, 1], sine * moved[:, 0] + cosine * moved[:, 1]
         found: F64 = np.column_stack([np.bincount(e.leg, part, len(e.turns)) for part in (x, y, moved[:, 2])])
@@ -88,19 +92,28 @@ class Model:
         poses = unknowns[POSES:].reshape(-1, 6)
         turns, imu = turned(poses[:, 3:]), turned(unknowns[IMU])
         legs = np.swapaxes(turns[:-1], 1, 2) @ turns[1:]
-        return np.concatenate([
-            self._wheels(unknowns, poses, turns, legs), self._gyro(legs, imu), self._force(unknowns, turns, imu),
-            self.scans(unknowns).ravel(), self._ground(unknowns),
-        ])  # fmt: skip
+        return np.concatenate(
+            [
+                self._wheels(unknowns, poses, turns, legs),
+                self._gyro(legs, imu),
+                self._force(unknowns, turns, imu),
+                self.scans(unknowns).ravel(),
+                self._ground(unknowns),
+            ]
+        )
 
     def belief(self, unknowns: F64) -> F64:
         """Residuals against the configured values, and the gauge: the first stop is the origin, looking along x."""
         sigmas = np.array(list(CALIBRATED.values()))
         first = unknowns[POSES : POSES + 6][[0, 1, 2, 5]]
-        return np.concatenate([
-            (unknowns[:GRIP] - believed(self.before)) / sigmas, unknowns[GRIP : GRIP + 1] / GRIP_SIGMA,
-            unknowns[BIAS] / BIAS_SIGMA_MPS2, first / GAUGE,
-        ])  # fmt: skip
+        return np.concatenate(
+            [
+                (unknowns[:GRIP] - believed(self.before)) / sigmas,
+                unknowns[GRIP : GRIP + 1] / GRIP_SIGMA,
+                unknowns[BIAS] / BIAS_SIGMA_MPS2,
+                first / GAUGE,
+            ]
+        )
 
     def _wheels(self, unknowns: F64, poses: F64, turns: F64, legs: F64) -> F64:
         ways, rolled_m = self.ways(unknowns), unknowns[0] * self.evidence.rolled_in_leg_rad
@@ -141,20 +154,31 @@ class Model:
 
 def believed(rover: Rover) -> F64:
     """The calibrated values of a configuration, in the order of CALIBRATED."""
-    return np.array([
-        rover.wheel_radius_m, *steer_offsets_rad(rover), *lidar_place(rover), rover.lidar_roll_rad,
-        rover.lidar_pitch_rad, rover.lidar_yaw_rad, rover.imu_roll_rad, rover.imu_pitch_rad, rover.imu_yaw_rad,
-    ])  # fmt: skip
+    return np.array(
+        [
+            rover.wheel_radius_m,
+            *steer_offsets_rad(rover),
+            *lidar_place(rover),
+            rover.lidar_roll_rad,
+            rover.lidar_pitch_rad,
+            rover.lidar_yaw_rad,
+            rover.imu_roll_rad,
+            rover.imu_pitch_rad,
+            rover.imu_yaw_rad,
+        ]
+    )
 
 
 def turned(angles_rad: F64) -> F64:
     """(..., 3, 3) rotations by (..., 3) roll, pitch, yaw: vectorised `onboard.extrinsics.rotation`."""
     (sr, sp, sy), (cr, cp, cy) = np.moveaxis(np.sin(angles_rad), -1, 0), np.moveaxis(np.cos(angles_rad), -1, 0)
-    rows = np.array([
-        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-        [-sp, cp * sr, cp * cr],
-    ])  # fmt: skip
+    rows = np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
     made: F64 = np.moveaxis(rows, (0, 1), (-2, -1))
     return made
 

@@ -97,6 +97,10 @@ def room_m(side_m: float) -> float:
 def nod(config: Config) -> Scanning:
     """The sweep of these scans: coarser than a mission's, and as wide as the rover itself does not hide it."""
     return Scanning(
-        start_rad=config.scanning.start_rad, end_rad=math.radians(-10), spacing_m=0.08, cap_rad=math.radians(0.5),
-        range_m=config.scanning.range_m, sector_rad=math.radians(110),
-    )  # fmt: skip
+        start_rad=config.scanning.start_rad,
+        end_rad=math.radians(-10),
+        spacing_m=0.08,
+        cap_rad=math.radians(0.5),
+        range_m=config.scanning.range_m,
+        sector_rad=math.radians(110),
+    )

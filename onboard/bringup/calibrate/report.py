@@ -30,16 +30,23 @@ def as_dict(found: Estimate, lag: LagReport | str) -> dict[str, object]:
     lag: null if unknown.
     """
     return {
-        "values": {value.key: value._asdict() for value in found.values}, "unobserved": list(found.unobserved),
-        "misfit": found.misfit, "grip": found.grip, "pairs": found.pairs, "odd_pairs": found.odd_pairs,
+        "values": {value.key: value._asdict() for value in found.values},
+        "unobserved": list(found.unobserved),
+        "misfit": found.misfit,
+        "grip": found.grip,
+        "pairs": found.pairs,
+        "odd_pairs": found.odd_pairs,
         "lag": None if isinstance(lag, str) else lag.as_dict(),
     }
 
 
 def toml(found: Estimate, lag: LagReport | str, source: str) -> str:
     """The tables [rover] with the calibrated keys and, if the lag is known, [lidar]."""
-    rows = [f"{value.key} = {value.after:.6f}  # 1 sigma {value.sigma:.6f}, before {value.before:.6f}"
-            + ("" if value.observed else "; not seen by the drive alone") for value in found.values]  # fmt: skip
+    rows = [
+        f"{value.key} = {value.after:.6f}  # 1 sigma {value.sigma:.6f}, before {value.before:.6f}"
+        + ("" if value.observed else "; not seen by the drive alone")
+        for value in found.values
+    ]
     seen = "" if isinstance(lag, str) else "\n" + lag.toml()
     return "\n".join([f"# onboard calibrate: {source}", "[rover]", *rows]) + "\n" + seen
 

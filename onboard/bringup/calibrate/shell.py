@@ -56,9 +56,13 @@ class Shell:
 
     def _tick(self, machine: Machine, now: Tick) -> None:
         inputs = Inputs(
-            now.number, now.now_ns, can_frames=tuple(self.can.read(self.clock.now_ns())), can=self.can.status,
-            lidar_chunks=self._ear.take(), lidar_state=self.lidar.state,
-        )  # fmt: skip
+            now.number,
+            now.now_ns,
+            can_frames=tuple(self.can.read(self.clock.now_ns())),
+            can=self.can.status,
+            lidar_chunks=self._ear.take(),
+            lidar_state=self.lidar.state,
+        )
         outputs = machine.tick(inputs)
         self._write(outputs)
         self._recorder.write(inputs, outputs)

@@ -1,7 +1,7 @@
 """Length of a CAN frame on the wire: its bits with the stuff bits, exact and worst case.
 
-    SOF  id 11  RTR IDE r0  DLC 4  data 0-64  CRC 15 | CRC del.  ACK 2  EOF 7  space 3
-    \\-------------- after 5 equal bits a stuff bit --/ \\---------- 13, no stuffing --/
+SOF  id 11  RTR IDE r0  DLC 4  data 0-64  CRC 15 | CRC del.  ACK 2  EOF 7  space 3
+\\-------------- after 5 equal bits a stuff bit --/ \\---------- 13, no stuffing --/
 """
 
 from __future__ import annotations

@@ -52,9 +52,14 @@ def app() -> None:
 @click.option("--seconds", type=click.FloatRange(min=0), default=0.0, help="Of a bus: how long; 0: until Ctrl-C.")
 @json_option
 def decode_command(
-    file: str | None, uri: str | None, only: tuple[str, ...], nodes: tuple[str, ...], errors: bool, seconds: float,
+    file: str | None,
+    uri: str | None,
+    only: tuple[str, ...],
+    nodes: tuple[str, ...],
+    errors: bool,
+    seconds: float,
     as_json: bool,
-) -> None:  # fmt: skip
+) -> None:
     """Show frames as named signals, a line each; FILE: candump (-L or not), .asc, .blf, or - for standard input.
 
     Each frame is checked as in flight: CRC, alive counter (lost, repeated), range, lateness.

@@ -48,9 +48,17 @@ def shared_options(command: Callable[..., None]) -> Callable[..., None]:
 @click.option("--for", "seconds", type=float, metavar="S", help="How long a wheel turns (2 s), or may take to arrive.")
 @shared_options
 def jog(
-    wheel: int | None, rate: float | None, steer: float | None, tilt: float | None, seconds: float | None,
-    path: Path | None, settings: tuple[str, ...], uri: str | None, yes: bool, as_json: bool,
-) -> None:  # fmt: skip
+    wheel: int | None,
+    rate: float | None,
+    steer: float | None,
+    tilt: float | None,
+    seconds: float | None,
+    path: Path | None,
+    settings: tuple[str, ...],
+    uri: str | None,
+    yes: bool,
+    as_json: bool,
+) -> None:
     """Move one wheel or the tilt axis a little, and show its feedback. THE HARDWARE MOVES: lift the rover.
 
     Listens first and refuses if another computer commands the bus, an EMERGENCY_STOP is latched, or a node is
@@ -180,9 +188,11 @@ def facts(machine: Jog) -> dict[str, object]:
         wheel, status = nodes.wheels[n - 1], nodes.wheel_status[n - 1]
         if wheel is not None:
             told[f"WHEEL_{n}"] = {
-                "steer_rad": wheel.steer_rad, "rate_radps": wheel.rate_radps, "turned_rad": machine.turned_rad(n),
+                "steer_rad": wheel.steer_rad,
+                "rate_radps": wheel.rate_radps,
+                "turned_rad": machine.turned_rad(n),
                 "drive_current_a": status.drive_current_a if status else None,
-            }  # fmt: skip
+            }
     if machine.move.tilt_rad is not None:
         told["TILT"] = {"angle_rad": nodes.tilt_angle_rad}
     return told
@@ -199,8 +209,10 @@ def words(machine: Jog) -> str:
         if wheel is None:
             continue
         if machine.move.rate_radps[n - 1]:
-            parts.append(f"wheel {n}: {wheel.rate_radps:+.3f} rad/s, turned {machine.turned_rad(n):+.3f} rad"
-                         + (f", {status.drive_current_a:+.2f} A" if status else ""))  # fmt: skip
+            parts.append(
+                f"wheel {n}: {wheel.rate_radps:+.3f} rad/s, turned {machine.turned_rad(n):+.3f} rad"
+                + (f", {status.drive_current_a:+.2f} A" if status else "")
+            )
         else:
             parts.append(f"wheel {n}: {wheel.steer_rad:+.3f} rad ({math.degrees(wheel.steer_rad):+.1f} deg)")
     if machine.move.tilt_rad is not None and machine.nodes.tilt_angle_rad is not None:

@@ -54,10 +54,16 @@ def analyse(case: Case, frames: Mapping[int, Layout] = FRAMES, bits_per_s: int =
     if sum(wire_s / period_s for period_s in periods_s) >= 1.0:
         raise ValueError("the bus is overloaded: no response time is bounded")
     return [
-        Row(layout.name, layout.can_id, period_s, wire_s, _response_s(periods_s[:index], wire_s, 1 / bits_per_s),
-            wire_s / period_s)
+        Row(
+            layout.name,
+            layout.can_id,
+            period_s,
+            wire_s,
+            _response_s(periods_s[:index], wire_s, 1 / bits_per_s),
+            wire_s / period_s,
+        )
         for index, (layout, period_s) in enumerate(zip(taking, periods_s))
-    ]  # fmt: skip
+    ]
 
 
 def total(rows: list[Row]) -> float:

@@ -23,9 +23,10 @@ def frames_of(patterns: Iterable[str], nodes: Iterable[str]) -> frozenset[int]:
         chosen |= _matching(pattern)
     senders = {_node(name) for name in nodes}
     return frozenset(
-        can_id for can_id, layout in FRAMES.items()
+        can_id
+        for can_id, layout in FRAMES.items()
         if (not patterns or can_id in chosen) and (not senders or layout.sender in senders)
-    )  # fmt: skip
+    )
 
 
 def _matching(pattern: str) -> set[int]:

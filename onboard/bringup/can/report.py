@@ -18,8 +18,9 @@ def lines_of(report: Report) -> list[str]:
     """Nodes, rates, load, and each problem with what to do."""
     nodes = [
         (node.name, str(node.frames), *(str((node.beat or {}).get(key, "")) for key in _KEYS))
-        for node in report.nodes if node.frames and node.name != "COMPUTER"
-    ]  # fmt: skip
+        for node in report.nodes
+        if node.frames and node.name != "COMPUTER"
+    ]
     rates = [
         (tally.name, "-" if tally.rate_hz is None else f"{tally.rate_hz:.1f}", _due(tally.name))
         for tally in report.tallies
@@ -38,10 +39,16 @@ def lines_of(report: Report) -> list[str]:
 def load_lines(case: Case, rows: list[Row]) -> list[str]:
     """One case as a table."""
     cells = [
-        (row.name, f"{row.can_id:#05x}", f"{row.period_s * 1e3:.0f} ms", f"{row.wire_s * 1e6:.0f} us",
-         f"{row.response_s * 1e3:.2f} ms", f"{row.load_ratio:.2%}")
+        (
+            row.name,
+            f"{row.can_id:#05x}",
+            f"{row.period_s * 1e3:.0f} ms",
+            f"{row.wire_s * 1e6:.0f} us",
+            f"{row.response_s * 1e3:.2f} ms",
+            f"{row.load_ratio:.2%}",
+        )
         for row in rows
-    ]  # fmt: skip
+    ]
     heads = (case.value, "id", "period", "wire", "response", "load")
     return aligned([heads, *cells, ("all", "", "", "", "", f"{total(rows):.1%}")])
 

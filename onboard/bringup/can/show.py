@@ -35,21 +35,28 @@ def line_of(seen: Seen) -> str:
 def row_of(seen: Seen) -> dict[str, object]:
     """One frame for programs."""
     return {
-        "t_s": None if seen.stamp_ns is None else seen.stamp_ns / 1e9, "id": seen.can_id, "frame": seen.name,
+        "t_s": None if seen.stamp_ns is None else seen.stamp_ns / 1e9,
+        "id": seen.can_id,
+        "frame": seen.name,
         "node": seen.node,
         "values": None if seen.values is None else named(seen.can_id, seen.values),
-        "problems": list(seen.problems), "data": seen.data.hex(),
-    }  # fmt: skip
+        "problems": list(seen.problems),
+        "data": seen.data.hex(),
+    }
 
 
 def summary_lines(tallies: Sequence[Tally], others: Mapping[str, int]) -> list[str]:
     """A table of all frames with their problems, followed by the frames that are not in the DBC."""
     heads = ("frame", "frames", "rate/s", *_COUNTS)
     rows = [
-        (tally.name, str(tally.frames), "-" if tally.rate_hz is None else f"{tally.rate_hz:.1f}",
-         *(str(getattr(tally.counts, name) or "") for name in _COUNTS))
+        (
+            tally.name,
+            str(tally.frames),
+            "-" if tally.rate_hz is None else f"{tally.rate_hz:.1f}",
+            *(str(getattr(tally.counts, name) or "") for name in _COUNTS),
+        )
         for tally in tallies
-    ]  # fmt: skip
+    ]
     return [*aligned([heads, *rows]), *(f"{name}: {count}" for name, count in sorted(others.items()))]
 
 

@@ -78,9 +78,10 @@ class Report(NamedTuple):
     def as_dict(self) -> dict[str, object]:
         """Report for programs."""
         return {
-            **self._asdict(), "nodes": [node._asdict() for node in self.nodes],
+            **self._asdict(),
+            "nodes": [node._asdict() for node in self.nodes],
             "tallies": {t.name: {"rate_hz": t.rate_hz, "frames": t.frames, **t.counts._asdict()} for t in self.tallies},
-        }  # fmt: skip
+        }
 
 
 class Survey:
@@ -142,11 +143,15 @@ class Survey:
 
 def _silence(error_frames: int, heard: bool) -> Iterator[str]:
     if not heard and error_frames:
-        yield (f"only error frames, {error_frames} of them: another bit rate (right are {BITS_PER_S // 1000} kbit/s), "
-               "CAN_H and CAN_L exchanged, or no second node to acknowledge; try `ip -details link show`")  # fmt: skip
+        yield (
+            f"only error frames, {error_frames} of them: another bit rate (right are {BITS_PER_S // 1000} kbit/s), "
+            "CAN_H and CAN_L exchanged, or no second node to acknowledge; try `ip -details link show`"
+        )
     elif not heard:
-        yield ("nothing at all is heard: are the nodes powered, is the bus plugged in and terminated (60 ohm between "
-               "CAN_H and CAN_L), is the interface up? A wrong bit rate that nobody else speaks on is silent too")
+        yield (
+            "nothing at all is heard: are the nodes powered, is the bus plugged in and terminated (60 ohm between "
+            "CAN_H and CAN_L), is the interface up? A wrong bit rate that nobody else speaks on is silent too"
+        )
     elif error_frames:
         yield f"{error_frames} error frames of the controller: cable, connectors, termination (60 ohm between wires)"
 
@@ -163,22 +168,28 @@ def _of_nodes(nodes: list[NodeSeen]) -> Iterator[str]:
 
 def _of_beat(name: str, beat: dict[str, Any]) -> Iterator[str]:
     if beat["dbc_version"] != DBC_VERSION:
-        yield (f"{name} was built with version {beat['dbc_version']} of rover.dbc, this program with {DBC_VERSION}: "
-               "its values may mean something else; do not drive before both are the same")  # fmt: skip
+        yield (
+            f"{name} was built with version {beat['dbc_version']} of rover.dbc, this program with {DBC_VERSION}: "
+            "its values may mean something else; do not drive before both are the same"
+        )
     for state, words in _STOPPED.items():
         if beat["state"] == state.name:
             yield f"{name} {words}: an EMERGENCY_STOP is latched; find out why, then `onboard can reset`"
     if beat["state"] == NodeState.FAULT.name:
         yield f"{name} says FAULT: see the fault bits of its status frame"
     if beat["tx_errors"] or beat["rx_errors"]:
-        yield (f"{name} counts {beat['tx_errors']} transmit and {beat['rx_errors']} receive errors: "
-               "cable, connector or termination near it")  # fmt: skip
+        yield (
+            f"{name} counts {beat['tx_errors']} transmit and {beat['rx_errors']} receive errors: "
+            "cable, connector or termination near it"
+        )
 
 
 def _of_twins(twice: dict[str, list[int]]) -> Iterator[str]:
     for name, ids in twice.items():
-        yield (f"two nodes seem to be {name}: alive counters interleave on {', '.join(f'{i:#05x}' for i in ids)}; "
-               "unplug one and see whether it still comes, then give the other its own number")  # fmt: skip
+        yield (
+            f"two nodes seem to be {name}: alive counters interleave on {', '.join(f'{i:#05x}' for i in ids)}; "
+            "unplug one and see whether it still comes, then give the other its own number"
+        )
 
 
 def _of_rates(tallies: list[Tally], sent: dict[str, int]) -> Iterator[str]:

@@ -118,8 +118,11 @@ def lines(told: dict[str, Any]) -> list[str]:
         return ["nothing was measured yet"]
     beside = told["reference"]
     grants = words([Grant(**row) for row in told["real_time"]])
-    rows = [("wake-up of the tick", told["late_us"]), ("work of the tick", told["tick_us"]),
-            ("both: tick is done", told["done_us"])]
+    rows = [
+        ("wake-up of the tick", told["late_us"]),
+        ("work of the tick", told["tick_us"]),
+        ("both: tick is done", told["done_us"]),
+    ]
     rows += [(beside["kind"], beside["late_us"])] if beside else []
     return [
         *(grants or [f"real time: nothing asked for; {HINT}"]),

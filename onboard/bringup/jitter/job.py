@@ -28,6 +28,11 @@ def request(config: Config) -> PlanRequest:
     empty = ldem.empty(Grid(corner_m, corner_m, config.mapping.cell_m, cells, cells))
     start = ldem.assume_disc(empty, Pose(0.0, 0.0), config.mapping.assumed_m)
     return PlanRequest(
-        ldem.insert(start, cloud, 0, config.mapping.near_m), Pose(0.0, 0.0), GOAL_M, None, MissionState(),
-        Settings(config.rover, config.mapping, config.planning, config.mission, config.scanning), np.empty((0, 3)),
-    )  # fmt: skip
+        ldem.insert(start, cloud, 0, config.mapping.near_m),
+        Pose(0.0, 0.0),
+        GOAL_M,
+        None,
+        MissionState(),
+        Settings(config.rover, config.mapping, config.planning, config.mission, config.scanning),
+        np.empty((0, 3)),
+    )

@@ -97,8 +97,14 @@ class Bed:
             if self._realtime.collector:
                 self._realtime.collector.spend(clock.left_ns)
         n = max(0, count)
-        return Measured(late_us[:n], tick_us[:n], clock.slipped_ticks - slipped, self._jobs, self._job_worst_ns / 1e6,
-                        self._realtime.grants)  # fmt: skip
+        return Measured(
+            late_us[:n],
+            tick_us[:n],
+            clock.slipped_ticks - slipped,
+            self._jobs,
+            self._job_worst_ns / 1e6,
+            self._realtime.grants,
+        )
 
     def close(self) -> None:
         """End the thread and release the real-time options."""

@@ -60,14 +60,25 @@ def start(interval_ns: int, count: int, priority: int) -> Reference:
     kind = CYCLICTEST if program else BARE
     policy = ["--policy=fifo", f"--prio={priority}"] if priority else ["--policy=other"]
     words = (
-        [program, "--quiet", "--threads=1", f"--interval={interval_ns // 1000}", f"--loops={count}",
-         f"--histogram={_MOST_US}", *policy]
-        if program else [sys.executable, "-m", _BARE_LOOP, str(interval_ns), str(count), str(priority)]
-    )  # fmt: skip
+        [
+            program,
+            "--quiet",
+            "--threads=1",
+            f"--interval={interval_ns // 1000}",
+            f"--loops={count}",
+            f"--histogram={_MOST_US}",
+            *policy,
+        ]
+        if program
+        else [sys.executable, "-m", _BARE_LOOP, str(interval_ns), str(count), str(priority)]
+    )
     process = subprocess.Popen(
-        words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        words,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
         start_new_session=True,  # so that Ctrl-C reaches only this program
-    )  # fmt: skip
+    )
     os.sched_setaffinity(process.pid, range(os.cpu_count() or 1))  # not bound to the tick's core
     assert process.stdout and process.stderr
     if kind == BARE and process.stdout.readline() != "ready\n":

@@ -51,8 +51,9 @@ json_option = click.option("--json", "as_json", is_flag=True, help="For programs
 
 def seconds_option(default: float) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Option --seconds of a command."""
-    return click.option("--seconds", type=click.FloatRange(min=0), default=default, show_default=True,
-                        help="How long; 0: until Ctrl-C.")  # fmt: skip
+    return click.option(
+        "--seconds", type=click.FloatRange(min=0), default=default, show_default=True, help="How long; 0: until Ctrl-C."
+    )
 
 
 @click.group("lidar", epilog=EXAMPLES)
@@ -310,4 +311,3 @@ def address_of(text: str) -> str:
     path = path if mark else text
     is_path = mark or "/" in path or Path(path.partition("@")[0]).exists()
     return f"tty:{Path(path).absolute()}" if path and is_path else text
-

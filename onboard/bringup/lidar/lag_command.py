@@ -48,8 +48,9 @@ Examples:
 @click.option("--set", "-s", "settings", multiple=True, help="section.key=value, over the file; repeatable.")
 @click.option("--bus", "uri", metavar="URI", help=f"Of the tilt axis, instead of can.uri: {URI_HELP}")
 @click.option("--yes", is_flag=True, help="Do not ask before the axis moves.")
-@click.option("--record", type=Path, metavar="FILE", default=Path("lag.mcap"), show_default=True,
-              help="Where to keep the sweeps.")
+@click.option(
+    "--record", type=Path, metavar="FILE", default=Path("lag.mcap"), show_default=True, help="Where to keep the sweeps."
+)
 @json_option
 def lag_command(
     source: str, path: Path | None, settings: tuple[str, ...], uri: str | None, yes: bool, record: Path, as_json: bool
@@ -79,8 +80,11 @@ def lag_command(
     except ValueError as error:
         raise fail(EX_DATAERR, f"{name}: {error}{_advice(str(error))}") from None
     if not 0 <= found.latency_ns <= MOST_LATENCY_NS:
-        raise fail(EX_DATAERR, f"{name}: a lag of {found.lag.late_s * 1e3:+.1f} ms makes lidar.latency_ns "
-                               f"{found.latency_ns}, out of 0 to {MOST_LATENCY_NS}: did something move?")  # fmt: skip
+        raise fail(
+            EX_DATAERR,
+            f"{name}: a lag of {found.lag.late_s * 1e3:+.1f} ms makes lidar.latency_ns "
+            f"{found.latency_ns}, out of 0 to {MOST_LATENCY_NS}: did something move?",
+        )
     print(json.dumps(found.as_dict()) if as_json else "\n".join(found.lines()))
 
 
@@ -109,8 +113,12 @@ def _address(config: Config, address: str, uri: str | None, record: Path) -> Con
     from onboard.bringup.lidar.command import address_of
 
     lidar = replace(config.lidar, address=address_of(address)) if address else config.lidar
-    return replace(config, lidar=lidar, can=replace(config.can, uri=uri or config.can.uri),
-                   record=replace(config.record, path=str(record)))  # fmt: skip
+    return replace(
+        config,
+        lidar=lidar,
+        can=replace(config.can, uri=uri or config.can.uri),
+        record=replace(config.record, path=str(record)),
+    )
 
 
 def _swept(config: Config, yes: bool, record: Path) -> list[Scan3d]:

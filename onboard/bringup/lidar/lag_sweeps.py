@@ -96,9 +96,11 @@ class LagSweeps:
         if self.phase not in (Phase.MOVING, Phase.STOPPING):
             return Outputs(lidar_bytes=self._farewell(now_ns), state_digest=self._digest())
         return Outputs(
-            can_frames=self.nodes.send(now_ns, Mode.STANDBY), lidar_bytes=self.lidar.send(now_ns),
-            lidar_connect=self.lidar.wants_connect(now_ns), state_digest=self._digest(),
-        )  # fmt: skip
+            can_frames=self.nodes.send(now_ns, Mode.STANDBY),
+            lidar_bytes=self.lidar.send(now_ns),
+            lidar_connect=self.lidar.wants_connect(now_ns),
+            state_digest=self._digest(),
+        )
 
     def _digest(self) -> bytes:
         items = (self.phase.value, self.at, self.nodes.digest_items(), self.lidar.digest_items())

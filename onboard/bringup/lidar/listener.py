@@ -80,9 +80,15 @@ class Listener:
         alike = asked._replace(scans=0)  # in a countdown each echo differs
         if self._stream is None or alike != self._asked:
             config = replace(
-                self._config, command=asked.code, first_step=asked.first, last_step=asked.last,
-                cluster=max(1, asked.cluster), skip=asked.skip, scans=99 if asked.scans else 0, wide_intensity=True,
-            )  # fmt: skip
+                self._config,
+                command=asked.code,
+                first_step=asked.first,
+                last_step=asked.last,
+                cluster=max(1, asked.cluster),
+                skip=asked.skip,
+                scans=99 if asked.scans else 0,
+                wide_intensity=True,
+            )
             self._asked, self._stream = alike, ScanStream(config, self.counts)
             self._stream.learn(self._model, usb=False)
             self._splitter.echo = self._stream.request.line()[:13]

@@ -75,6 +75,11 @@ class Screen:
         sigma_ms = clock.sigma_ns / 1e6 if math.isfinite(clock.sigma_ns) else None
         counts = {name: count for name, count in session.counts.items() if count}
         seen = view(self._newest) if self._newest is not None else View()
-        return {"t_s": round(now_ns / 1e9, 3), "rate_hz": round(self._rate_hz, 2), "trouble": trouble, **seen._asdict(),
-                "counts": counts,
-                "clock": {"sigma_ms": sigma_ms, "ppm": clock.ppm, "samples": clock.samples}}  # fmt: skip
+        return {
+            "t_s": round(now_ns / 1e9, 3),
+            "rate_hz": round(self._rate_hz, 2),
+            "trouble": trouble,
+            **seen._asdict(),
+            "counts": counts,
+            "clock": {"sigma_ms": sigma_ms, "ppm": clock.ppm, "samples": clock.samples},
+        }

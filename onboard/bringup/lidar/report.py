@@ -99,13 +99,21 @@ class Report(NamedTuple):
         """Report for programs."""
         clock, tally = self.clock, self.tally
         return {
-            "info": dict(self.info), "scans": tally.scans, "rate_hz": round(tally.rate_hz, 3), "damaged": self.bad,
+            "info": dict(self.info),
+            "scans": tally.scans,
+            "rate_hz": round(tally.rate_hz, 3),
+            "damaged": self.bad,
             "counts": {name: count for name, count in self.counts.items() if count},
-            "clock": {"offset_ms": clock.offset_ns * 1e-6, "ppm": clock.ppm, "samples": clock.samples,
-                      "sigma_ms": clock.sigma_ns * 1e-6 if np.isfinite(clock.sigma_ns) else None},
-            "beams": tally.beams, "lost_ratio": round(tally.lost_ratio, 4),
+            "clock": {
+                "offset_ms": clock.offset_ns * 1e-6,
+                "ppm": clock.ppm,
+                "samples": clock.samples,
+                "sigma_ms": clock.sigma_ns * 1e-6 if np.isfinite(clock.sigma_ns) else None,
+            },
+            "beams": tally.beams,
+            "lost_ratio": round(tally.lost_ratio, 4),
             "findings": [{"name": name, "text": text} for name, text in findings(self)],
-        }  # fmt: skip
+        }
 
 
 def _kinds(report: Report) -> str:

@@ -276,8 +276,10 @@ def place(dem: Dem, kind: str, first: float, second: float) -> Site:
     column, row = ~dem.to_xy @ (x, y)
     if not (0 <= column <= dem.columns and 0 <= row <= dem.rows):
         (west, south), (east, north) = dem.to_xy @ (0, dem.rows), dem.to_xy @ (dem.columns, 0)
-        raise DemError(f"does not hold the start at {x:.10g} {y:.10g}: its x are {west:.10g} to {east:.10g}, "
-                       f"its y {south:.10g} to {north:.10g}")  # fmt: skip
+        raise DemError(
+            f"does not hold the start at {x:.10g} {y:.10g}: its x are {west:.10g} to {east:.10g}, "
+            f"its y {south:.10g} to {north:.10g}"
+        )
     if not ball:
         return Site(dem, dem.to_xy, PLAIN, PLAIN, dem.projection, x, y, None)
     if dem.crs.is_geographic:  # longitudes from the start: no seam at 180 degrees; 0..360 works like -180..180

@@ -43,14 +43,21 @@ def app() -> None:
 @click.option("--band", type=click.IntRange(min=0), default=0, help="Band of the file, from 1; 0: it has one.")
 @click.option("--crs", default="", help="Projection, over what the file says: EPSG:number, PROJ, WKT.")
 @click.option("--unit", "unit_m", type=FROM_0, default=0.0, help="Metres a unit of height; 0: as the file says.")
-@click.option("--nodata", type=float, metavar="VALUE", help="A value for \"no data\", beside what the file says.")
+@click.option("--nodata", type=float, metavar="VALUE", help='A value for "no data", beside what the file says.')
 @click.option("--source-cell", "cell_m", type=FROM_0, default=0.0, help="Cells of a file that does not tell (.npy).")
 @click.option("--source-corner", "corner", type=PAIR, metavar="X Y", default=(0.0, 0.0), help="Its south-west corner.")
 @click.option("--north-first", is_flag=True, help="The first row of an .npy is the northernmost.")
 @click.option("--json", "as_json", is_flag=True, help="The summary as JSON.")
 def import_command(
-    file: Path, out: Path, start_lonlat: Pair | None, start_xy: Pair | None, start_rowcol: Pair | None,
-    size: float, cell: float, as_json: bool, **source: Any,
+    file: Path,
+    out: Path,
+    start_lonlat: Pair | None,
+    start_xy: Pair | None,
+    start_rowcol: Pair | None,
+    size: float,
+    cell: float,
+    as_json: bool,
+    **source: Any,
 ) -> None:
     """Cut the orbiter's map of a mission out of FILE: GeoTIFF, ESRI ASCII grid, PDS image or .npy.
 
@@ -89,7 +96,6 @@ def import_command(
     _show(_summary(file, out, made), as_json)
 
 
-
 @contextmanager
 def _progress(name: str) -> Iterator[Callable[[int, int], None]]:
     """Progress bar on the terminal."""
@@ -107,13 +113,27 @@ def _summary(file: Path, out: Path, made: Imported) -> dict[str, Any]:
 
     grid, heights, site = made.gdem.grid, made.gdem.heights_m, made.site
     return {
-        "file": str(file), "out": str(out), "rows": grid.rows, "columns": grid.columns, "cell_m": grid.cell_m,
-        "start_xy": [site.x_m, site.y_m], "start_lonlat_deg": site.lonlat_deg, "start_height_m": made.level_m,
-        "lowest_m": float(np.nanmin(heights)), "highest_m": float(np.nanmax(heights)), "known_ratio": made.known_ratio,
-        "source_rows": site.dem.rows, "source_columns": site.dem.columns, "source_cell_m": site.cell_m,
-        "source_cells_read": made.cells_read, "projection": site.projection, "source_projection": site.dem.projection,
-        "vertical_datum": site.dem.vertical, "nodata": site.dem.nodata, "note": made.gdem.note,
-    }  # fmt: skip
+        "file": str(file),
+        "out": str(out),
+        "rows": grid.rows,
+        "columns": grid.columns,
+        "cell_m": grid.cell_m,
+        "start_xy": [site.x_m, site.y_m],
+        "start_lonlat_deg": site.lonlat_deg,
+        "start_height_m": made.level_m,
+        "lowest_m": float(np.nanmin(heights)),
+        "highest_m": float(np.nanmax(heights)),
+        "known_ratio": made.known_ratio,
+        "source_rows": site.dem.rows,
+        "source_columns": site.dem.columns,
+        "source_cell_m": site.cell_m,
+        "source_cells_read": made.cells_read,
+        "projection": site.projection,
+        "source_projection": site.dem.projection,
+        "vertical_datum": site.dem.vertical,
+        "nodata": site.dem.nodata,
+        "note": made.gdem.note,
+    }
 
 
 def _show(told: dict[str, Any], as_json: bool) -> None:
@@ -128,15 +148,23 @@ def _show(told: dict[str, Any], as_json: bool) -> None:
     side_m = told["rows"] * told["cell_m"]
     for name, text in (
         ("map", f"{told['out']}: {told['rows']} x {told['columns']} cells of {told['cell_m']:g} m ({side_m:g} m)"),
-        ("from", f"{told['source_rows']} x {told['source_columns']} cells of {told['source_cell_m']:.4g} m, "
-                 f"{told['source_cells_read']} read"),
+        (
+            "from",
+            f"{told['source_rows']} x {told['source_columns']} cells of {told['source_cell_m']:.4g} m, "
+            f"{told['source_cells_read']} read",
+        ),
         ("projection", told["projection"]),
-        ("start", f"x {told['start_xy'][0]:.3f}, y {told['start_xy'][1]:.3f}"
-                  + (f"; longitude {lonlat[0]:.6f}, latitude {lonlat[1]:.6f}" if lonlat else "")),
-        ("its height", f"{told['start_height_m']:.2f} m over {told['vertical_datum'] or 'an unnamed datum'}, "
-                       "0 in the map"),
+        (
+            "start",
+            f"x {told['start_xy'][0]:.3f}, y {told['start_xy'][1]:.3f}"
+            + (f"; longitude {lonlat[0]:.6f}, latitude {lonlat[1]:.6f}" if lonlat else ""),
+        ),
+        (
+            "its height",
+            f"{told['start_height_m']:.2f} m over {told['vertical_datum'] or 'an unnamed datum'}, 0 in the map",
+        ),
         ("heights", f"{told['lowest_m']:.2f} to {told['highest_m']:.2f} m"),
         ("known", f"{100 * told['known_ratio']:.1f} % of the cells"),
-    ):  # fmt: skip
+    ):
         table.add_row(name, text)
     Console().print(table)

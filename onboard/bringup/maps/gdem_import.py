@@ -115,8 +115,10 @@ def _doubts(site: Site, grid: Grid, wanted: Wanted, found: Resampled) -> tuple[s
     if found.highest_m - found.lowest_m > side_m:
         middle_m = float(np.nanmedian(found.heights_m))
         odd_m = max(found.lowest_m, found.highest_m, key=lambda height_m: abs(height_m - middle_m))
-        lines.append(f"heights from {found.lowest_m:g} to {found.highest_m:g} m within {side_m:g} m; "
-                     f"if {odd_m:g} stands for no data, say so by --nodata {odd_m:g}")  # fmt: skip
+        lines.append(
+            f"heights from {found.lowest_m:g} to {found.highest_m:g} m within {side_m:g} m; "
+            f"if {odd_m:g} stands for no data, say so by --nodata {odd_m:g}"
+        )
     return tuple(lines)
 
 

@@ -39,8 +39,11 @@ def info_command(folder: Path, as_json: bool) -> None:
     Exit codes: 0 some tiles can be used, 65 none, 66 no such folder.
     """
     if folder.is_file():
-        raise fail(EX_NOINPUT, f"{folder} is a file; info lists a folder of tiles. The map that a record holds "
-                                f"is had by `onboard map export {folder} --out site.tif`")  # fmt: skip
+        raise fail(
+            EX_NOINPUT,
+            f"{folder} is a file; info lists a folder of tiles. The map that a record holds "
+            f"is had by `onboard map export {folder} --out site.tif`",
+        )
     kept = _kept(folder)
     now_s = time.time()
     rows = [_row(file, now_s) for file in kept.files]
@@ -88,10 +91,20 @@ def export_command(source: Path, out: Path, form: str, as_json: bool) -> None:
     except OSError as error:
         raise fail(EX_CANTCREAT, f"{out} cannot be written: {error.strerror or error}") from None
     grid = surface.grid
-    told = {"out": str(out), "format": name, "tiles": len(tiles), "rows": grid.rows, "columns": grid.columns,
-            "cell_m": grid.cell_m, "x0_m": grid.x0_m, "y0_m": grid.y0_m}  # fmt: skip
-    text = (f"{out}: {name}, {grid.rows} x {grid.columns} cells of {grid.cell_m:g} m from {len(tiles)} tiles; "
-            f"centre of the south-west cell at x {grid.x0_m:.3f}, y {grid.y0_m:.3f} m")  # fmt: skip
+    told = {
+        "out": str(out),
+        "format": name,
+        "tiles": len(tiles),
+        "rows": grid.rows,
+        "columns": grid.columns,
+        "cell_m": grid.cell_m,
+        "x0_m": grid.x0_m,
+        "y0_m": grid.y0_m,
+    }
+    text = (
+        f"{out}: {name}, {grid.rows} x {grid.columns} cells of {grid.cell_m:g} m from {len(tiles)} tiles; "
+        f"centre of the south-west cell at x {grid.x0_m:.3f}, y {grid.y0_m:.3f} m"
+    )
     print(json.dumps(told) if as_json else text)
 
 
@@ -121,10 +134,15 @@ def _row(file: TileFile, now_s: float) -> dict[str, Any]:
     cells = file.tile.cells
     south_west = [k * cells.grid.cell_m * cells.grid.rows for k in (file.tile.i, file.tile.j)]
     return {
-        "file": file.path.name, "x_m": south_west[0], "y_m": south_west[1], "cell_m": cells.grid.cell_m,
-        "hit_ratio": float((cells.n > 0).mean()), "points": len(file.tile.points_m), "bytes": len(file.data),
+        "file": file.path.name,
+        "x_m": south_west[0],
+        "y_m": south_west[1],
+        "cell_m": cells.grid.cell_m,
+        "hit_ratio": float((cells.n > 0).mean()),
+        "points": len(file.tile.points_m),
+        "bytes": len(file.data),
         "age_s": now_s - file.path.stat().st_mtime,
-    }  # fmt: skip
+    }
 
 
 def _show(folder: Path, rows: list[dict[str, Any]], dropped: tuple[str, ...]) -> None:
@@ -141,9 +159,14 @@ def _show(folder: Path, rows: list[dict[str, Any]], dropped: tuple[str, ...]) ->
         table.add_column(name, justify="left" if name == "tile" else "right")
     for row in rows:
         table.add_row(
-            row["file"], f"{row['x_m']:g}", f"{row['y_m']:g}", f"{100 * row['hit_ratio']:.0f} %", str(row["points"]),
-            f"{row['bytes'] / 1e3:.0f}", _age(row["age_s"]),
-        )  # fmt: skip
+            row["file"],
+            f"{row['x_m']:g}",
+            f"{row['y_m']:g}",
+            f"{100 * row['hit_ratio']:.0f} %",
+            str(row["points"]),
+            f"{row['bytes'] / 1e3:.0f}",
+            _age(row["age_s"]),
+        )
     console.print(table)
 
 
@@ -152,4 +175,3 @@ def _age(seconds: float) -> str:
         if seconds >= size:
             return f"{seconds / size:.0f} {unit}"
     return f"{seconds:.0f} s"
-

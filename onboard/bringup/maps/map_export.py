@@ -27,9 +27,13 @@ def trimmed(surface: Surface, height_std_m: F32) -> tuple[Surface, F32]:
     part = (slice(low_j, high_j), slice(low_i, high_i))
     grid = Grid(*surface.grid.centre(low_j, low_i), surface.grid.cell_m, high_j - low_j, high_i - low_i)
     cut = Surface(
-        grid, surface.cell_class[part], surface.z_mean[part], surface.z_top[part], surface.z_bot[part],
+        grid,
+        surface.cell_class[part],
+        surface.z_mean[part],
+        surface.z_top[part],
+        surface.z_bot[part],
         surface.z_ray[part],
-    )  # fmt: skip
+    )
     return cut, height_std_m[part]
 
 
@@ -53,10 +57,15 @@ def write_npz(surface: Surface, height_std_m: F32, path: Path) -> None:
     grid = surface.grid
     with path.open("wb") as file:
         np.savez_compressed(
-            file, heights_m=surface.z_mean, x0_m=grid.x0_m, y0_m=grid.y0_m, cell_m=grid.cell_m,
-            note="seen by the rover", cell_class=surface.cell_class,
+            file,
+            heights_m=surface.z_mean,
+            x0_m=grid.x0_m,
+            y0_m=grid.y0_m,
+            cell_m=grid.cell_m,
+            note="seen by the rover",
+            cell_class=surface.cell_class,
             height_std_m=height_std_m,
-        )  # fmt: skip
+        )
 
 
 def write_ply(surface: Surface, height_std_m: F32, path: Path) -> None:

@@ -1,7 +1,7 @@
 """Export of a 3D scan: a cloud as PLY, the range image as .npz, both as a record (MCAP) for Foxglove.
 
-    /scan3d   application/octet-stream   the .npz of one scan
-    /cloud    foxglove.PointCloud, JSON  its points in base_link: x, y, z (m) and intensity, float32
+/scan3d   application/octet-stream   the .npz of one scan
+/cloud    foxglove.PointCloud, JSON  its points in base_link: x, y, z (m) and intensity, float32
 """
 
 from __future__ import annotations
@@ -80,10 +80,16 @@ def _foxglove(scan: Scan3d, rover: Rover, at_ns: int) -> bytes:
     fields = [{"name": name, "offset": 4 * k, "type": _FLOAT32} for k, name in enumerate(_PACKED.names or ())]
     here = {"position": {"x": 0, "y": 0, "z": 0}, "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}}
     stamp = {"sec": at_ns // 1_000_000_000, "nsec": at_ns % 1_000_000_000}
-    return json.dumps({
-        "timestamp": stamp, "frame_id": "base_link", "pose": here, "point_stride": _PACKED.itemsize, "fields": fields,
-        "data": base64.b64encode(packed.tobytes()).decode("ascii"),
-    }).encode()  # fmt: skip
+    return json.dumps(
+        {
+            "timestamp": stamp,
+            "frame_id": "base_link",
+            "pose": here,
+            "point_stride": _PACKED.itemsize,
+            "fields": fields,
+            "data": base64.b64encode(packed.tobytes()).decode("ascii"),
+        }
+    ).encode()
 
 
 def _fill(rows: Pixels, made: Points) -> Pixels:

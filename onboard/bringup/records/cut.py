@@ -88,10 +88,11 @@ def _origin(record: Record, part: Slice) -> dict[str, str]:
     source = record.files[0]
     first = record.first_tick if part.replayable else max(part.first, record.first_tick)
     origin = {
-        "number": "1", "first_tick": str(first), "cut_from": source.path.name,
+        "number": "1",
+        "first_tick": str(first),
+        "cut_from": source.path.name,
         "cut_from_sha256": hashlib.sha256(source.path.read_bytes()).hexdigest(),
         "cut_ticks": f"{part.first} to {part.last or 'the end'}",
-    }  # fmt: skip
+    }
     compared_from = max(part.first, int(source.part.get("compared_from", "1")))
     return {**origin, "compared_from": str(compared_from)} if first < compared_from else origin
-

@@ -1,9 +1,9 @@
 """Export of a record as an MCAP file for Foxglove: JSON with schemas, the pose and events in Foxglove's own types.
 
-    /pose  /tf    from /out/pose    foxglove.PoseInFrame, foxglove.FrameTransform (base_link in map)
-    /log          from /out/event   foxglove.Log
-    /health       from /in/tick     eldorado.health     /machine    from /in/machine   eldorado.machine
-    /can/NAME     from /in/can and /out/can, a channel for each frame of the DBC: its signals by name
+/pose  /tf    from /out/pose    foxglove.PoseInFrame, foxglove.FrameTransform (base_link in map)
+/log          from /out/event   foxglove.Log
+/health       from /in/tick     eldorado.health     /machine    from /in/machine   eldorado.machine
+/can/NAME     from /in/can and /out/can, a channel for each frame of the DBC: its signals by name
 """
 
 from __future__ import annotations
@@ -105,17 +105,31 @@ def _of_pose(row: Value, now_ns: int) -> Iterator[tuple[str, Value]]:
     turn = _quaternion(row["roll_rad"], row["pitch_rad"], row["yaw_rad"])
     at = {"timestamp": _stamp(now_ns)}
     yield "/pose", {**at, "frame_id": "map", "pose": {"position": place, "orientation": turn}}
-    yield "/tf", {
-        **at, "parent_frame_id": "map", "child_frame_id": "base_link", "translation": place, "rotation": turn,
-    }  # fmt: skip
+    yield (
+        "/tf",
+        {
+            **at,
+            "parent_frame_id": "map",
+            "child_frame_id": "base_link",
+            "translation": place,
+            "rotation": turn,
+        },
+    )
 
 
 def _of_event(row: Value, now_ns: int) -> Iterator[tuple[str, Value]]:
     level = SEVERITIES.index(row["severity"]) + 1  # foxglove.Log counts from 1, debug, to 5, fatal
-    yield "/log", {
-        "timestamp": _stamp(row["now_ns"]), "level": level, "message": row["text"], "name": row["name"], "file": "",
-        "line": 0,
-    }  # fmt: skip
+    yield (
+        "/log",
+        {
+            "timestamp": _stamp(row["now_ns"]),
+            "level": level,
+            "message": row["text"],
+            "name": row["name"],
+            "file": "",
+            "line": 0,
+        },
+    )
 
 
 def _of_tick(row: Value, now_ns: int) -> Iterator[tuple[str, Value]]:
@@ -148,6 +162,8 @@ def _quaternion(roll_rad: float, pitch_rad: float, yaw_rad: float) -> Value:
     cp, sp = math.cos(pitch_rad / 2), math.sin(pitch_rad / 2)
     cy, sy = math.cos(yaw_rad / 2), math.sin(yaw_rad / 2)
     return {
-        "x": sr * cp * cy - cr * sp * sy, "y": cr * sp * cy + sr * cp * sy,
-        "z": cr * cp * sy - sr * sp * cy, "w": cr * cp * cy + sr * sp * sy,
-    }  # fmt: skip
+        "x": sr * cp * cy - cr * sp * sy,
+        "y": cr * sp * cy + sr * cp * sy,
+        "z": cr * cp * sy - sr * sp * cy,
+        "w": cr * cp * cy + sr * sp * sy,
+    }

@@ -51,9 +51,7 @@ def info_command(record: Path, as_json: bool) -> None:
 @click.option("--seconds", metavar="FIRST:LAST", help="Which, by the time since the start of the run.")
 @click.option("--replayable", is_flag=True, help="Keep of what is before it what a replay needs.")
 @click.option("--force", is_flag=True, help="Write over a file that is there.")
-def cut_command(
-    record: Path, out: Path, ticks: str | None, seconds: str | None, replayable: bool, force: bool
-) -> None:
+def cut_command(record: Path, out: Path, ticks: str | None, seconds: str | None, replayable: bool, force: bool) -> None:
     """Write a slice of RECORD that names its source; without an end given, a whole and closed record.
 
     Exit codes: 0 done, 64 no such slice, 65 the record is damaged, 66 no such file, 73 no place to write.
@@ -66,8 +64,10 @@ def cut_command(
     if not kept:
         raise fail(EX_USAGE, f"{record} has no such ticks; `onboard record info {record}` says which it has")
     alone = part.first == 1 or replayable
-    print(f"{out}: {kept} ticks; it {'can' if alone else 'cannot'} be replayed"
-          + ("" if alone else ", for it does not begin with its run: --replayable keeps what that needs"))
+    print(
+        f"{out}: {kept} ticks; it {'can' if alone else 'cannot'} be replayed"
+        + ("" if alone else ", for it does not begin with its run: --replayable keeps what that needs")
+    )
 
 
 @app.command("export", epilog=EXAMPLES)

@@ -34,8 +34,10 @@ def _ids(nodes: Nodes) -> str:
 
 def _counts(nodes: Nodes) -> str:
     counts = nodes.guard_counts
-    return (f"since the start {counts.crc} checksums, {counts.lost} lost, {counts.repeated} repeated, "
-            f"{counts.out_of_range + counts.length} malformed, {nodes.from_future} from the future")
+    return (
+        f"since the start {counts.crc} checksums, {counts.lost} lost, {counts.repeated} repeated, "
+        f"{counts.out_of_range + counts.length} malformed, {nodes.from_future} from the future"
+    )
 
 
 def _versions(nodes: Nodes) -> str:

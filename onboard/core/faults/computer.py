@@ -104,7 +104,7 @@ def strained(machine: Machine, limits: Computer) -> str:
         (machine.rss_bytes > limits.rss_bytes, f"{machine.rss_bytes / MB:.0f} MB of memory taken"),
         (machine.free_memory_bytes < limits.free_memory_bytes, f"{free_mb:.0f} MB of memory free"),
         (machine.temperature_c > limits.temperature_c, f"{machine.temperature_c:.0f} degrees Celsius"),
-    )  # fmt: skip
+    )
     return ", ".join(text for past, text in rows if past)
 
 

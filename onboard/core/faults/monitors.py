@@ -123,6 +123,8 @@ def _loop(w: Watched) -> bool:
 
 def _operator(w: Watched) -> bool:
     return any(order.name in _HALTING for order in w.orders)
+
+
 def _disk_full(w: Watched) -> bool:
     return w.record.trouble is RecordTrouble.FULL
 
@@ -165,8 +167,7 @@ def active_faults(watched: Watched) -> tuple[str, ...]:
 def over_limit(nodes: Nodes, used_up: Collection[str], active: tuple[str, ...]) -> frozenset[str]:
     """Return the active faults that have used up their tries or passed their second limit."""
     return frozenset(
-        name for name in active
-        if name in used_up or (name in can_monitors.LIMITS and can_monitors.LIMITS[name](nodes))
+        name for name in active if name in used_up or (name in can_monitors.LIMITS and can_monitors.LIMITS[name](nodes))
     )
 
 

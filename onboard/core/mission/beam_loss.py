@@ -89,8 +89,9 @@ class Seeing:
         """Segments of the next sweep; the first call takes half a tick."""
         slow = self.row.slow
         if slow not in self._nods:
-            self._nods[slow] = segments(slower(self._config) if slow else self._config.scanning,
-                                        self._config.rover.lidar_z_m)
+            self._nods[slow] = segments(
+                slower(self._config) if slow else self._config.scanning, self._config.rover.lidar_z_m
+            )
         return self._nods[slow]
 
     @property
@@ -100,8 +101,9 @@ class Seeing:
         if not self.row.short:
             return whole
         scanning = replace(whole.scanning, range_m=min(whole.scanning.range_m, limits.short_range_m))
-        return replace(whole, scanning=scanning,
-                       mission=replace(whole.mission, leg_m=min(whole.mission.leg_m, limits.short_leg_m)))
+        return replace(
+            whole, scanning=scanning, mission=replace(whole.mission, leg_m=min(whole.mission.leg_m, limits.short_leg_m))
+        )
 
     def note(self, lost: LostBeams, pose: Pose) -> str:
         """Add a sweep that is in the map. Returns the text to report, '' if the level stays."""
@@ -140,15 +142,18 @@ class Seeing:
         if side is None:
             return result
         bearing_rad, share = side
-        words = (f"the scanner saw too little of this side: {100 * share:.0f} % lost towards "
-                 f"{math.degrees(bearing_rad):+.0f} degrees ({self._why().value})")
+        words = (
+            f"the scanner saw too little of this side: {100 * share:.0f} % lost towards "
+            f"{math.degrees(bearing_rad):+.0f} degrees ({self._why().value})"
+        )
         if self.looks < self._limits.looks and state.number <= self._config.mission.stop_limit:
             self.looks += 1
             self._least = LOOK_LEVEL
             self.level = max(self.level, LOOK_LEVEL)
             stay = Path(np.array([[pose.x_m, pose.y_m, pose.yaw_rad]]))
-            look = Decision("drive", "R11", f"{words}; look {self.looks} of {self._limits.looks} again", stay,
-                            bearing_rad)
+            look = Decision(
+                "drive", "R11", f"{words}; look {self.looks} of {self._limits.looks} again", stay, bearing_rad
+            )
             return replace(result, decision=look, state=replace(state, marked=(), tried=(), targets=()))
         self.dirty = words
         nearest = decision.reason.partition("; ")[2]
@@ -191,8 +196,9 @@ class Seeing:
 def slower(config: Config) -> Scanning:
     """Return the settings of a sweep at half the rate: twice the lines."""
     whole = config.scanning
-    return replace(whole, spacing_m=whole.spacing_m / SLOWER, floor_rad=whole.floor_rad / SLOWER,
-                   cap_rad=whole.cap_rad / SLOWER)
+    return replace(
+        whole, spacing_m=whole.spacing_m / SLOWER, floor_rad=whole.floor_rad / SLOWER, cap_rad=whole.cap_rad / SLOWER
+    )
 
 
 def _share(view: View, point: Point, pose: Pose) -> float:

@@ -1,6 +1,6 @@
 """Driven path of a mission: the trail (R2), and at finer steps the part since the last scan, for backing off.
 
-    o----o----o----o---R    0.05 m apart, or 6 degrees of a turn on the spot; from R (the rover) back is the retreat
+o----o----o----o---R    0.05 m apart, or 6 degrees of a turn on the spot; from R (the rover) back is the retreat
 """
 
 from __future__ import annotations

@@ -156,8 +156,15 @@ class Mission:
         self._foreseen = True
         if "predict" in ctx.jobs.running:  # a late job of the previous goal
             return
-        request = plan_request(self.memory, ctx.localisation.pose, self.goal, self.gdem, self._config, ctx.fences,
-                               sigma_m=ctx.localisation.sigma[0])
+        request = plan_request(
+            self.memory,
+            ctx.localisation.pose,
+            self.goal,
+            self.gdem,
+            self._config,
+            ctx.fences,
+            sigma_m=ctx.localisation.sigma[0],
+        )
         ctx.jobs.submit("predict", (request, known, self._config), ctx.tick + self._config.jobs.plan_ticks)
 
     def _slips(self, pose: Pose) -> None:
@@ -269,8 +276,17 @@ class Mission:
 
     def _plan(self, ctx: Context) -> None:
         assert self.memory
-        request = plan_request(self.memory, ctx.localisation.pose, self.goal, self.gdem, self.seeing.config, ctx.fences,
-                               state=self._rule, trail=self._way.trail, sigma_m=ctx.localisation.sigma[0])
+        request = plan_request(
+            self.memory,
+            ctx.localisation.pose,
+            self.goal,
+            self.gdem,
+            self.seeing.config,
+            ctx.fences,
+            state=self._rule,
+            trail=self._way.trail,
+            sigma_m=ctx.localisation.sigma[0],
+        )
         ctx.jobs.submit("plan", (request,), ctx.tick + self._config.jobs.plan_ticks)
         if not self._foreseen:
             self._foresee(ctx, True)

@@ -23,9 +23,17 @@ def stands_on(memory: StopMap, pose: Pose, config: Config) -> bool:
 
 
 def plan_request(
-    memory: StopMap, pose: Pose, goal_m: tuple[float, float], gdem: Gdem | None, config: Config,
-    fences: tuple[Fence, ...], *, state: MissionState | None = None, trail: F64 | None = None, sigma_m: float = 0.0,
-) -> PlanRequest:  # fmt: skip
+    memory: StopMap,
+    pose: Pose,
+    goal_m: tuple[float, float],
+    gdem: Gdem | None,
+    config: Config,
+    fences: tuple[Fence, ...],
+    *,
+    state: MissionState | None = None,
+    trail: F64 | None = None,
+    sigma_m: float = 0.0,
+) -> PlanRequest:
     """Build the request of one stop. trail: None before any driving; sigma_m: position uncertainty, 1 sigma."""
     here = np.array([[pose.x_m, pose.y_m, pose.yaw_rad]])
     return PlanRequest(
@@ -34,8 +42,9 @@ def plan_request(
         goal_m=goal_m,
         gdem=gdem,
         state=state or MissionState(),
-        settings=Settings(config.rover, config.mapping, config.planning, config.mission, config.scanning,
-                          config.drive_guard),
+        settings=Settings(
+            config.rover, config.mapping, config.planning, config.mission, config.scanning, config.drive_guard
+        ),
         trail=here if trail is None else trail,
         blocked_m=memory.blocked_m,
         slippery_m=memory.slippery_m,

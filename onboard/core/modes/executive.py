@@ -48,7 +48,10 @@ class Executive:
     """Owner of the mode and the tasks; carries out the operator's orders."""
 
     def __init__(
-        self, kept: tuple[ParameterOrders, FenceOrders, LinkOrders], gdem: Gdem | None, downlink: Downlink,
+        self,
+        kept: tuple[ParameterOrders, FenceOrders, LinkOrders],
+        gdem: Gdem | None,
+        downlink: Downlink,
         memory: StopMap | None = None,
     ) -> None:
         parameters, fences, link = kept
@@ -65,11 +68,22 @@ class Executive:
         self.products = Products(downlink, self.tasks, parameters, lambda: self.active)
         self.sequencer = Sequencer(downlink, self._end_sequence)
         self._orders: Mapping[str, Callable[[Order, Context], None]] = {
-            "stop": self._stop, "safe": self._safe, "resume": self._resume, "status": self._status,
-            "emergency_stop": self._emergency_stop, "reset": self._reset,
-            **self.tasks.orders, **self.masks.orders, **self.services.orders, **self.products.orders,
-            **parameters.orders, **fences.orders, **self.sequencer.orders, **link.orders, **self.lease.orders,
-        }  # fmt: skip
+            "stop": self._stop,
+            "safe": self._safe,
+            "resume": self._resume,
+            "status": self._status,
+            "emergency_stop": self._emergency_stop,
+            "reset": self._reset,
+            **self.tasks.orders,
+            **self.masks.orders,
+            **self.services.orders,
+            **self.products.orders,
+            **parameters.orders,
+            **fences.orders,
+            **self.sequencer.orders,
+            **link.orders,
+            **self.lease.orders,
+        }
         self._families = (self.masks, self.services, parameters, fences, link, self.lease)
 
     @property

@@ -38,9 +38,11 @@ class Lease:
     def permit(self, name: str, station: int) -> None:
         """Raise RefusedError if another station holds the lease that the command needs. Never takes the lease."""
         if self.holder not in (0, station) and station and not command(name).free:
-            raise RefusedError(f"{command(name).typed}: station {self.holder} holds the lease (heard "
-                               f"{self._silent_ns(self.holder) / 1e9:.0f} s ago); allowed: stop, safe, questions, "
-                               "`lease ask`")
+            raise RefusedError(
+                f"{command(name).typed}: station {self.holder} holds the lease (heard "
+                f"{self._silent_ns(self.holder) / 1e9:.0f} s ago); allowed: stop, safe, questions, "
+                "`lease ask`"
+            )
 
     def check(self, order: Order, ctx: Context) -> None:
         """Take a free lease for the order's station if the command needs it. Raises RefusedError as `permit` does."""

@@ -41,8 +41,9 @@ class Masks:
     def _list(self, order: Order, ctx: Context) -> None:
         masked = [f"{name} for {(until_ns - ctx.now_ns) / 1e9:.0f} s" for name, until_ns in self._until_ns.items()]
         parts = (f"active: {', '.join(self._found) or 'none'}", f"masked: {', '.join(masked) or 'none'}")
-        self._downlink.report(order.request_id, State.COMPLETED, "; ".join(parts),
-                              (_bits(self._found), _bits(self._until_ns)))
+        self._downlink.report(
+            order.request_id, State.COMPLETED, "; ".join(parts), (_bits(self._found), _bits(self._until_ns))
+        )
 
     def _mask(self, order: Order, ctx: Context) -> None:
         name = str(order.arguments["fault"])

@@ -29,8 +29,11 @@ class ParameterOrders:
         self.saves: list[Save] = []
         self._saving: tuple[int, int] | None = None  # request and the version that is being written
         self.orders = {
-            "param_list": self._list, "param_get": self._get, "param_set": self._set, "param_save": self._save,
-        }  # fmt: skip
+            "param_list": self._list,
+            "param_get": self._get,
+            "param_set": self._set,
+            "param_save": self._save,
+        }
 
     @property
     def config(self) -> Config:

@@ -52,9 +52,12 @@ class Sequencer:
         self._run: _Run | None = None
         self._orders_given = 0
         self.orders = {
-            "sequence_upload": self._upload, "sequence_clear": self._clear, "sequence_check": self._check,
-            "sequence_run": self._start, "sequence_abort": self._abort,
-        }  # fmt: skip
+            "sequence_upload": self._upload,
+            "sequence_clear": self._clear,
+            "sequence_check": self._check,
+            "sequence_run": self._start,
+            "sequence_abort": self._abort,
+        }
 
     def step(self, ctx: Context, mode: Mode) -> Order | None:
         """Process one tick. A change of the mode ends the sequence."""

@@ -51,9 +51,14 @@ class Tasks:
         self.tell: Say = _nobody
         self._id: int | None = None  # request of the running mission or move
         self.orders = {
-            "goto": self._goto, "mission": self._tour, "scan": self._scan, "turn": self._turn, "drive": self._drive,
-            "map_clear": self._map_clear, "return": self._return,
-        }  # fmt: skip
+            "goto": self._goto,
+            "mission": self._tour,
+            "scan": self._scan,
+            "turn": self._turn,
+            "drive": self._drive,
+            "map_clear": self._map_clear,
+            "return": self._return,
+        }
 
     @property
     def config(self) -> Config:

@@ -46,6 +46,12 @@ class BeamMaker:
             place.further_m[:] = further * _M_PER_MM
             place.further_m[further < len(self._status_of) - 1] = np.nan  # MISSING is below every distance
         return Scan(
-            stamp_ns + round(self._lead_turns * turn_ns), self._beam_turns * turn_ns, self._first_rad, self._step_rad,
-            place.ranges_m, place.status, place.intensity, place.further_m,
+            stamp_ns + round(self._lead_turns * turn_ns),
+            self._beam_turns * turn_ns,
+            self._first_rad,
+            self._step_rad,
+            place.ranges_m,
+            place.status,
+            place.intensity,
+            place.further_m,
         )

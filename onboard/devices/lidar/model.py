@@ -18,8 +18,10 @@ from protocol import WireError, scip
 
 _WIDE_RAD = math.radians(95.0)
 _STATUS = {
-    scip.Code.NO_OBJECT: BeamStatus.NO_RETURN, scip.Code.TOO_NEAR: BeamStatus.TOO_NEAR,
-    scip.Code.NEAR_END: BeamStatus.TOO_NEAR, scip.Code.INTERFERENCE: BeamStatus.INTERFERENCE,
+    scip.Code.NO_OBJECT: BeamStatus.NO_RETURN,
+    scip.Code.TOO_NEAR: BeamStatus.TOO_NEAR,
+    scip.Code.NEAR_END: BeamStatus.TOO_NEAR,
+    scip.Code.INTERFERENCE: BeamStatus.INTERFERENCE,
 }  # fmt: skip  every other code: ERROR
 
 

@@ -75,8 +75,9 @@ EXCHANGES: dict[Phase, Exchange] = {
     Phase.STATE: Exchange(scip.request("II"), Phase.QUIET, twice=True),
     Phase.HEALTH: Exchange(scip.request("II"), Phase.QUIET, twice=True),
     Phase.TIME_ON: Exchange(scip.request("TM", "0"), Phase.TIME, 300 * _MS, refused=Phase.QUIET, note="TM"),
-    Phase.TIME: Exchange(scip.request("TM", "1"), Phase.TIME_OFF, 300 * _MS, refused=Phase.TIME_OFF, note="TM",
-                         timed=True),
+    Phase.TIME: Exchange(
+        scip.request("TM", "1"), Phase.TIME_OFF, 300 * _MS, refused=Phase.TIME_OFF, note="TM", timed=True
+    ),
     Phase.TIME_OFF: Exchange(scip.request("TM", "2"), Phase.QUIET, 300 * _MS, refused=Phase.SYNC, note="TM"),
     Phase.LASER: Exchange(scip.request("BM"), Phase.STREAM),
     Phase.SUSPECT: Exchange(scip.request("II"), Phase.SYNC, 300 * _MS, twice=True),

@@ -51,7 +51,8 @@ def _leased(place: Place) -> bool:
 
 def _place(beams: int, channels: int, echoes: int) -> Place:
     return Place(
-        np.empty(beams, np.float32), np.empty(beams, np.uint8),
+        np.empty(beams, np.float32),
+        np.empty(beams, np.uint8),
         np.empty(beams, np.int32) if channels > 1 else None,
         np.empty((beams, echoes - 1), np.float32) if echoes > 1 else None,
-    )  # fmt: skip
+    )

@@ -50,13 +50,17 @@ class Told:
         name = f"{self.info.get('PROD', '')} {self.model.name}"
         if self._config.model in name:
             return ""
-        return (f"the sensor is a {name.strip()!r}, lidar.model = {self._config.model!r}: "
-                "connect the right one or name it in lidar.model")  # fmt: skip
+        return (
+            f"the sensor is a {name.strip()!r}, lidar.model = {self._config.model!r}: "
+            "connect the right one or name it in lidar.model"
+        )
 
     def nothing(self) -> str:
         """Text for people if the sensor gives no answer at all."""
-        return (f"no SCIP answer on {self._config.address}: is this a Hokuyo, is it powered, and is the bit rate right "
-                "(tty:PATH@115200)?")  # fmt: skip
+        return (
+            f"no SCIP answer on {self._config.address}: is this a Hokuyo, is it powered, and is the bit rate right "
+            "(tty:PATH@115200)?"
+        )
 
     def due(self, phase: Phase) -> bool:
         """Return whether to make this request now: at most once a connection, whatever its result."""

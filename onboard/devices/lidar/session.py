@@ -30,8 +30,18 @@ from onboard.records import Chunk, PortState, Scan
 from protocol import WireError, scip
 
 BAD = ("echo", "status", "status_sum", "stamp_sum", "block_sum", "length", "character", "text", "text_sum", "overflow")
-_OTHER = ("scans", "replies", "stray", "refused", "timeouts", "reconnects", "repeated_stamp", "clock_jump",
-          "clock_reboot", "disagree")
+_OTHER = (
+    "scans",
+    "replies",
+    "stray",
+    "refused",
+    "timeouts",
+    "reconnects",
+    "repeated_stamp",
+    "clock_jump",
+    "clock_reboot",
+    "disagree",
+)
 _MOST_STOPS = 4  # while the laser stays on
 _STREAMING = (Phase.LASER, Phase.STREAM, Phase.SUSPECT)
 

@@ -1,9 +1,9 @@
 """Monitor of a sensor whose frames pass their checks: counts of other errors, by name.
 
-    gap         more than 3 periods between two scans     missed      turns between two scans without a scan
-                of one stream: a requested pause is neither
-    period_off  the turn is off its nominal by over 1 %   all_error   a scan with an error status in every beam
-    laser_off   II reports it while scans are wanted      unhealthy   STAT of II does not report a good state
+gap         more than 3 periods between two scans     missed      turns between two scans without a scan
+            of one stream: a requested pause is neither
+period_off  the turn is off its nominal by over 1 %   all_error   a scan with an error status in every beam
+laser_off   II reports it while scans are wanted      unhealthy   STAT of II does not report a good state
 """
 
 from __future__ import annotations

@@ -13,11 +13,17 @@ from onboard.records import BusTrouble
 
 BUS_OFF, CONTROLLER, RESTARTED = 0x40, 0x04, 0x100
 _CLASSES = (  # the first bit that is set gives the kind
-    (BUS_OFF, BusTrouble.BUS_OFF), (RESTARTED, BusTrouble.RESTARTED), (0x20, BusTrouble.NO_ACK),
+    (BUS_OFF, BusTrouble.BUS_OFF),
+    (RESTARTED, BusTrouble.RESTARTED),
+    (0x20, BusTrouble.NO_ACK),
     (0x8 | 0x80, BusTrouble.BUS_ERROR),
 )
-_DETAILS = ((0x30, BusTrouble.PASSIVE), (0x0C, BusTrouble.WARNING), (0x40, BusTrouble.ACTIVE),
-            (0x03, BusTrouble.OVERFLOW))
+_DETAILS = (
+    (0x30, BusTrouble.PASSIVE),
+    (0x0C, BusTrouble.WARNING),
+    (0x40, BusTrouble.ACTIVE),
+    (0x03, BusTrouble.OVERFLOW),
+)
 GONE = (errno.ENODEV, errno.ENXIO, errno.EBADF)
 FULL = (errno.ENOBUFS, errno.EAGAIN, errno.ENOMEM)
 

@@ -30,7 +30,9 @@ def messages_of(path: Path) -> Iterator[tuple[int, int, bytes, str]]:
 
 def _kind(message: can.Message) -> str:
     kinds = (
-        (message.is_error_frame, "error frame"), (message.is_fd, "CAN FD frame"),
-        (message.is_remote_frame, "remote frame"), (message.is_extended_id, "extended frame"),
-    )  # fmt: skip
+        (message.is_error_frame, "error frame"),
+        (message.is_fd, "CAN FD frame"),
+        (message.is_remote_frame, "remote frame"),
+        (message.is_extended_id, "extended frame"),
+    )
     return next((kind for holds, kind in kinds if holds), "data")

@@ -68,5 +68,3 @@ def open_socketcan(interface: str, filtered: bool) -> CanBus:
         ) from error
     bus.socket.setblocking(False)  # python-can asks select() first; this applies if its answer is wrong
     return KernelBus(bus)
-
-

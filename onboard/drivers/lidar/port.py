@@ -25,5 +25,7 @@ def open_port(address: str, name: str = "lidar.address") -> LidarPort:
         if rate.isdigit() and int(rate) in SPEEDS:
             return TtyPort(address, path, int(rate))
         raise ConfigError(f"{name} = {address!r}: the bit rate should be one of {', '.join(map(str, SPEEDS))}")
-    raise ConfigError(f"{name} = {address!r} should be tcp:HOST:PORT (tcp:192.168.0.10:10940), "
-                      "tty:PATH (tty:/dev/ttyACM0) or tty:PATH@BITRATE (tty:/dev/ttyUSB0@115200)")
+    raise ConfigError(
+        f"{name} = {address!r} should be tcp:HOST:PORT (tcp:192.168.0.10:10940), "
+        "tty:PATH (tty:/dev/ttyACM0) or tty:PATH@BITRATE (tty:/dev/ttyUSB0@115200)"
+    )

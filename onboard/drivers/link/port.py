@@ -56,10 +56,14 @@ def link_keys(config: Config) -> LinkKeys:
     link = config.link
     if link.command_keys and link.downlink_key:
         if not config.state.folder:
-            raise ConfigError("state.folder: with key files a folder is needed, where the count of starts outlives the "
-                              "program: without it what was said to an earlier start would count again")
-        return LinkKeys(_keys("link.command_keys", link.command_keys, KEY_UP),
-                        _keys("link.downlink_key", link.downlink_key, KEY_DOWN))
+            raise ConfigError(
+                "state.folder: with key files a folder is needed, where the count of starts outlives the "
+                "program: without it what was said to an earlier start would count again"
+            )
+        return LinkKeys(
+            _keys("link.command_keys", link.command_keys, KEY_UP),
+            _keys("link.downlink_key", link.downlink_key, KEY_DOWN),
+        )
     if link.command_keys or link.downlink_key:
         missing = "link.downlink_key" if link.command_keys else "link.command_keys"
         raise ConfigError(f"{missing}: name this file too; both directions need keys")
@@ -67,8 +71,10 @@ def link_keys(config: Config) -> LinkKeys:
         raise ConfigError("link.command_keys, link.downlink_key: no key files named (on a bench set link.bench_seed)")
     real = _real_device(config)
     if real:
-        raise ConfigError(f"link.bench_seed: bench keys are known to everybody and are refused with {real}, which "
-                          "is not on this computer alone; name link.command_keys and link.downlink_key")
+        raise ConfigError(
+            f"link.bench_seed: bench keys are known to everybody and are refused with {real}, which "
+            "is not on this computer alone; name link.command_keys and link.downlink_key"
+        )
     return bench_keys(link.bench_seed)
 
 
@@ -90,9 +96,11 @@ def endpoint_of(config: Config) -> str:
     link = config.link
     if link.endpoint.startswith(carrier.DIRECT) or link.remote_node or _stays("tcp/", link.endpoint):
         return link.endpoint
-    raise ConfigError(f"link.endpoint = {link.endpoint!r} is not on this computer: whoever reaches a zenoh node can "
-                      "keep others out of it. Use udp/HOST:PORT, which holds under floods, or on a closed bench "
-                      "network set link.remote_node = true (docs/link.md)")
+    raise ConfigError(
+        f"link.endpoint = {link.endpoint!r} is not on this computer: whoever reaches a zenoh node can "
+        "keep others out of it. Use udp/HOST:PORT, which holds under floods, or on a closed bench "
+        "network set link.remote_node = true (docs/link.md)"
+    )
 
 
 def _can_stays(uri: str) -> bool:
@@ -189,8 +197,15 @@ class LinkPort:
     clock_ns: clock that ends a read when its time is used up.
     """
 
-    def __init__(self, endpoint: str, keys: LinkKeys, boot_id: int, memory: LinkMemory | None = None,
-                 rate_bps: float = RATE_BPS, end: LinkEnd | None = None) -> None:
+    def __init__(
+        self,
+        endpoint: str,
+        keys: LinkKeys,
+        boot_id: int,
+        memory: LinkMemory | None = None,
+        rate_bps: float = RATE_BPS,
+        end: LinkEnd | None = None,
+    ) -> None:
         self._memory = memory or LinkMemory("", keys)
         self._downlink = keys.downlink
         self._sealer = Sealer(self._key(self._memory.epoch), DOWNLINK_KEY_ID, boot_id, epoch=self._memory.epoch)

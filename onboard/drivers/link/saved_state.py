@@ -43,8 +43,9 @@ class LinkMemory:
         self._pool = ThreadPoolExecutor(max_workers=1, thread_name_prefix="halts")
         self._kept = self._read_marks()
         self.marks = {key_id: self._kept[name] for key_id, name in self._names.items() if name in self._kept}
-        self.halted = {key_id: self._kept[name + _ASKED] for key_id, name in self._names.items()
-                       if name + _ASKED in self._kept}
+        self.halted = {
+            key_id: self._kept[name + _ASKED] for key_id, name in self._names.items() if name + _ASKED in self._kept
+        }
         self.epoch = self._read_epoch(keys.command)
 
     def close(self) -> None:
@@ -93,8 +94,10 @@ class LinkMemory:
             tree = json.loads(path.read_bytes()) if path and path.is_file() else {}
             return {str(name): int(counter) for name, counter in tree.items()}
         except (OSError, ValueError, AttributeError, TypeError) as error:
-            raise ConfigError(f"{path}: cannot be read ({error}); without it an old stop could be sent again: restore "
-                              "it, or remove it and make new keys") from error
+            raise ConfigError(
+                f"{path}: cannot be read ({error}); without it an old stop could be sent again: restore "
+                "it, or remove it and make new keys"
+            ) from error
 
     def _read_epoch(self, keys: Keyring) -> int:
         path = self._folder / f"{EPOCH}.json" if self._folder else None
@@ -103,6 +106,8 @@ class LinkMemory:
         except (OSError, ValueError) as error:
             raise ConfigError(f"{path}: cannot be read ({error}); it holds the key epoch in force") from error
         if epoch not in self._loaded:
-            raise ConfigError(f"{path or 'key files'}: epoch {epoch} is in force and not loaded in both key files; "
-                              f"loaded: {' '.join(map(str, self._loaded)) or 'none'}")
+            raise ConfigError(
+                f"{path or 'key files'}: epoch {epoch} is in force and not loaded in both key files; "
+                f"loaded: {' '.join(map(str, self._loaded)) or 'none'}"
+            )
         return epoch

@@ -43,8 +43,10 @@ class FolderLock:
             who = os.pread(self._fd, 20, 0).decode("ascii", "replace").strip()
             self.close()
             whose = f"process {who}" if who.isdigit() else "another program"
-            raise FolderTakenError(f"state.folder = {folder!r} is in use by {whose}: one flight program at a time. End "
-                                   "it (systemctl stop el-dorado), or name another folder") from None
+            raise FolderTakenError(
+                f"state.folder = {folder!r} is in use by {whose}: one flight program at a time. End "
+                "it (systemctl stop el-dorado), or name another folder"
+            ) from None
         except OSError as error:
             self.trouble = f"state.folder = {folder!r} is not locked against a second flight program: {error.strerror}"
 

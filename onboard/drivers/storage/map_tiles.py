@@ -135,9 +135,7 @@ class Keeper:
     folder: if empty, nothing is saved.
     """
 
-    def __init__(
-        self, folder: str, memory: StopMap | None, tell: Callable[[str], None], wait: bool = False
-    ) -> None:
+    def __init__(self, folder: str, memory: StopMap | None, tell: Callable[[str], None], wait: bool = False) -> None:
         self._wait = wait
         self._running: list[Future[Saved]] = []
         self._folder = Path(folder) if folder else None

@@ -70,8 +70,13 @@ def _payload(rng: Rng, requests: list[int]) -> tuple[Kind, bytes]:
             message = _ours()[int(rng.integers(0, len(_ours())))]
             return Kind.MAVLINK, b"".join(frame(dialect, message, fields(message, rng)) for _ in range(3))
         case 1:
-            event = dialect.MAVLink_event_message(int(rng.integers(0, 2**62)), int(rng.integers(1, 99)),
-                                                  int(rng.integers(0, 256)), text.encode()[:16], text.encode()[:100])
+            event = dialect.MAVLink_event_message(
+                int(rng.integers(0, 2**62)),
+                int(rng.integers(1, 99)),
+                int(rng.integers(0, 256)),
+                text.encode()[:16],
+                text.encode()[:100],
+            )
             return Kind.MAVLINK, bytes(event.pack(dialect.MAVLink(None)))
         case 2:
             asked = int(rng.choice(requests)) if requests else 1
@@ -80,8 +85,17 @@ def _payload(rng: Rng, requests: list[int]) -> tuple[Kind, bytes]:
             return Kind.REPORT, encode_report(Report(asked, 1, serial, state, code, text, data))
         case 3:
             name = str(rng.choice([*samples(), text])).encode()[:200]
-            body = bulk_wire.ANNOUNCE.pack(int(rng.choice((1, 100, 2**26, 2**31))), int(rng.choice((1, 2, 900, 65535))),
-                                           bytes(32), len(name), 4) + name + b"json"
+            body = (
+                bulk_wire.ANNOUNCE.pack(
+                    int(rng.choice((1, 100, 2**26, 2**31))),
+                    int(rng.choice((1, 2, 900, 65535))),
+                    bytes(32),
+                    len(name),
+                    4,
+                )
+                + name
+                + b"json"
+            )
             return Kind.BULK_CHUNK, bulk_wire.CHUNK.pack(int(rng.integers(0, 3)), 1, 0xFFFF) + body
     head = bulk_wire.CHUNK.pack(int(rng.integers(0, 3)), int(rng.integers(0, 9)), int(rng.choice((0, 1, 65533, 65534))))
     return Kind.BULK_CHUNK, head + rng.bytes(int(rng.integers(0, 40)))
@@ -215,8 +229,17 @@ def _made_packets(rng: Rng) -> bytes:
         values = [_packed(field, rng) for field in packet_table.fields_of(row)[2:]]
         layout = ">" + "".join(field.layout for field in packet_table.fields_of(row))
         data = struct.pack(layout, row.id, float(rng.choice((0.0, 5.0, real(rng)))), *values)
-        packets.append(space_packets.encode(space_packets.Packet(
-            space_packets.TELECOMMAND, packet_table.COMMAND_APID, int(rng.integers(0, 2**14)), data, secondary=False)))
+        packets.append(
+            space_packets.encode(
+                space_packets.Packet(
+                    space_packets.TELECOMMAND,
+                    packet_table.COMMAND_APID,
+                    int(rng.integers(0, 2**14)),
+                    data,
+                    secondary=False,
+                )
+            )
+        )
     return b"".join(packets)
 
 

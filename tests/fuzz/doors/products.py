@@ -40,26 +40,57 @@ def samples() -> dict[str, tuple[bytes, ...]]:
     rng = np.random.default_rng(1)
     heights = rng.normal(0, 0.1, (_ROWS, _COLUMNS)).astype(np.float32)
     heights[2, 3:5] = np.nan
-    bare = encode_ldem(LdemProduct(MapGrid(-0.4, -0.3, 0.1, _ROWS, _COLUMNS), heights,
-                                   np.full(heights.shape, 3, np.uint8)))  # fmt: skip
+    bare = encode_ldem(
+        LdemProduct(MapGrid(-0.4, -0.3, 0.1, _ROWS, _COLUMNS), heights, np.full(heights.shape, 3, np.uint8))
+    )
     poses = PoseMap(rng.integers(0, 3, (8, _ROWS, _COLUMNS)).astype(np.uint8), (0.0, 0.0, 0.1), ((0.1, 0.2),))
     lines, beams = 6, 11
     status = (rng.random((lines, beams)) < 0.2).astype(np.uint8)
     start_ns = 4_000_000_000 + 25_000_000 * np.arange(lines, dtype=np.int64)
     tilt_ns = 3_990_000_000 + 5_000_000 * np.arange(40, dtype=np.int64)
-    sweep = ScanProduct(3, -1.1, 0.2, np.where(status == 0, 2.0, np.nan).astype(np.float32), status, start_ns,
-                        np.full(lines, 17361.0), tilt_ns, np.linspace(1.0, -0.3, 40), np.eye(4), np.eye(4))
-    told = Explanation(2, (1.0, 2.0, 0.5), (12.0, 3.0), (4.0, 2.5, 0.7), 3.2, (1.0, 0.5), "explore", "drive", "R10",
-                       "the way shrinks", 341, 400, (Place(1, 2, *[0.5] * 9),), {"not free": 50})
+    sweep = ScanProduct(
+        3,
+        -1.1,
+        0.2,
+        np.where(status == 0, 2.0, np.nan).astype(np.float32),
+        status,
+        start_ns,
+        np.full(lines, 17361.0),
+        tilt_ns,
+        np.linspace(1.0, -0.3, 40),
+        np.eye(4),
+        np.eye(4),
+    )
+    told = Explanation(
+        2,
+        (1.0, 2.0, 0.5),
+        (12.0, 3.0),
+        (4.0, 2.5, 0.7),
+        3.2,
+        (1.0, 0.5),
+        "explore",
+        "drive",
+        "R10",
+        "the way shrinks",
+        341,
+        400,
+        (Place(1, 2, *[0.5] * 9),),
+        {"not free": 50},
+    )
     record = io.BytesIO()
     writer = Writer(record)
     writer.start()
     channel = writer.register_channel("/out/event", "json", writer.register_schema("e", "jsonschema", b"{}"))
     writer.add_message(channel, 5, b"[]", 5)
     writer.finish()
-    return {"ldem": (bare + encode_poses(poses), bare), "scan": (encode_scan(sweep),), "nsp": (encode_nsp(told),),
-            "record": (record.getvalue(),), "way": (json.dumps(_WAY).encode(),),
-            "parameters": (listing(Settings(Config())).encode()[:3000],)}  # fmt: skip
+    return {
+        "ldem": (bare + encode_poses(poses), bare),
+        "scan": (encode_scan(sweep),),
+        "nsp": (encode_nsp(told),),
+        "record": (record.getvalue(),),
+        "way": (json.dumps(_WAY).encode(),),
+        "parameters": (listing(Settings(Config())).encode()[:3000],),
+    }
 
 
 def _hostile_ldem(rng: Rng) -> bytes:
@@ -68,8 +99,11 @@ def _hostile_ldem(rng: Rng) -> bytes:
     parts = [compress(rng.bytes(n)) for n in (planes * cells, (cells + 7) // 8)]
     parts.append(compress(rng.integers(0, 5, cells, np.uint8).tobytes()))
     head = ldem._HEAD.pack(b"LDM1", _ROWS, _COLUMNS, *(real(rng) for _ in range(5)), planes, *map(len, parts))
-    poses = PoseMap(rng.integers(0, 3, (8, _ROWS, _COLUMNS)).astype(np.uint8), (real(rng), real(rng), real(rng)),
-                    ((real(rng) % 1e30, 0.0),))
+    poses = PoseMap(
+        rng.integers(0, 3, (8, _ROWS, _COLUMNS)).astype(np.uint8),
+        (real(rng), real(rng), real(rng)),
+        ((real(rng) % 1e30, 0.0),),
+    )
     return head + b"".join(parts) + encode_poses(poses)
 
 
@@ -78,8 +112,14 @@ def _hostile_scan(rng: Rng) -> bytes:
     status = rng.integers(0, 2, (lines, beams), np.uint8) * rng.integers(0, 256, (lines, beams), np.uint8)
     known = int((status == 0).sum())
     beam_ns = np.array([real(rng) for _ in range(lines)])
-    parts = [compress(status.tobytes()), pack_integers(whole(rng, known)), pack_integers(whole(rng, lines)),
-             compress(beam_ns.tobytes()), pack_integers(whole(rng, samples)), pack_integers(whole(rng, samples))]
+    parts = [
+        compress(status.tobytes()),
+        pack_integers(whole(rng, known)),
+        pack_integers(whole(rng, lines)),
+        compress(beam_ns.tobytes()),
+        pack_integers(whole(rng, samples)),
+        pack_integers(whole(rng, samples)),
+    ]
     head = scan._HEAD.pack(b"SCN1", 3, lines, beams, samples, *(real(rng) for _ in range(27)), *map(len, parts))
     return head + b"".join(parts)
 

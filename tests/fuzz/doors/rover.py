@@ -178,8 +178,12 @@ def _client(stream: socket.socket) -> Any:
     """Return python-can's client in its state after the handshake."""
     bus: Any = object.__new__(SocketCanDaemonBus)
     can.BusABC.__init__(bus, channel="vcan0")
-    for name, value in (("socket", _Stream(stream)), ("message_buffer", deque()), ("receive_buffer", ""),
-                        ("tcp_tune", False)):  # fmt: skip
+    for name, value in (
+        ("socket", _Stream(stream)),
+        ("message_buffer", deque()),
+        ("receive_buffer", ""),
+        ("tcp_tune", False),
+    ):
         setattr(bus, f"_SocketCanDaemonBus__{name}", value)
     bus.channel = "vcan0"
     return bus
@@ -201,8 +205,10 @@ def _replies() -> tuple[bytes, ...]:
 def _made_stream(rng: Rng) -> bytes:
     said = _replies()
     first = int(rng.integers(0, len(said)))
-    pieces = [said[int(rng.integers(0, len(said)))] if rng.random() < 0.2 else piece
-              for piece in said[first : first + int(rng.integers(1, 12))]]  # fmt: skip
+    pieces = [
+        said[int(rng.integers(0, len(said)))] if rng.random() < 0.2 else piece
+        for piece in said[first : first + int(rng.integers(1, 12))]
+    ]
     cut = 1 << int(rng.integers(3, 14))
     return join(piece[at : at + cut] for piece in pieces for at in range(0, len(piece), cut))
 
@@ -239,8 +245,11 @@ def _order(rng: Rng, now_ns: int = TICK_NS) -> bytes:
         given = {one.name: _argument(one, rng) for one in row.arguments if one.required or rng.random() < 0.5}
         times_ns = now_ns, int(rng.choice((0, now_ns, 2**62))), int(rng.choice((0, now_ns, 10**9, 2**62)))
         with suppress(ValueError):
-            return commands.encode(commands.Telecommand(int(rng.integers(1, 2**32)), times_ns[0], times_ns[1],
-                                                        row.name, given, times_ns[2]))  # fmt: skip
+            return commands.encode(
+                commands.Telecommand(
+                    int(rng.integers(1, 2**32)), times_ns[0], times_ns[1], row.name, given, times_ns[2]
+                )
+            )
 
 
 def _made_orders(rng: Rng) -> bytes:
@@ -266,8 +275,12 @@ def _feed_orders(data: bytes) -> None:
 def _made_datagrams(rng: Rng) -> bytes:
     keys = bench_keys(7)
     sealer = Sealer(keys.command.key(STATION), STATION, 1, counter=int(rng.integers(0, 99)))
-    return join(sealer.seal_halt(commands.encode(commands.Telecommand(1, 0, 0, "stop", {}))) if rng.random() < 0.2
-                else sealer.seal(Kind.TELECOMMAND, _order(rng)) for _ in range(int(rng.integers(1, 9))))  # fmt: skip
+    return join(
+        sealer.seal_halt(commands.encode(commands.Telecommand(1, 0, 0, "stop", {})))
+        if rng.random() < 0.2
+        else sealer.seal(Kind.TELECOMMAND, _order(rng))
+        for _ in range(int(rng.integers(1, 9)))
+    )
 
 
 def _feed_datagrams(data: bytes) -> None:

@@ -36,8 +36,11 @@ _HOSTILE = (None, "", "\x1b[2J\nx", "{}", "[]", "[" * 50_000, '{"a": [1]}', "NaN
             b"", 0, 1, -1, 2**62, 2**63 - 1, -(2**63), 1e300, float("inf"), 0.5, "1e5")  # fmt: skip
 _UTC_NS = 1_700_000_000_000_000_000
 _ASKED = (
-    *(partial(verb, as_json=as_json) for verb in (look.events, look.requests, archive.info, archive.gaps)
-      for as_json in (False, True)),
+    *(
+        partial(verb, as_json=as_json)
+        for verb in (look.events, look.requests, archive.info, archive.gaps)
+        for as_json in (False, True)
+    ),
     partial(look.link, since="2020-01-01"),
     *(partial(archive.show, table, as_json=as_json) for table in TABLES for as_json in (False, True)),
     lambda file: preview.settings_for(preview.newest_map(file), None, file),
@@ -105,8 +108,10 @@ def _spoil(path: Path, table: int, column: int, value: int, row: int) -> None:
     name = [*TABLES, "runs"][table % (len(TABLES) + 1)]
     with suppress(sqlite3.Error), closing(sqlite3.connect(path)) as db, db:  # the bytes may be damaged
         if names := [found[1] for found in db.execute(f"pragma table_info({name})")]:  # none: the schema is damaged
-            db.execute(f"update {name} set {names[column % len(names)]} = ? where rowid % 2 = ?",
-                       (_HOSTILE[value % len(_HOSTILE)], row % 2))
+            db.execute(
+                f"update {name} set {names[column % len(names)]} = ? where rowid % 2 = ?",
+                (_HOSTILE[value % len(_HOSTILE)], row % 2),
+            )
 
 
 # -- records: which command, then messages and attachments in place of sound ones, then damage (place, bytes) --------
@@ -135,8 +140,9 @@ def _written(changes: dict[int, bytes]) -> bytes:
                 schema = schemas.get(one.schema_id, 0)
                 channels[one.id] = writer.register_channel(one.topic, one.message_encoding, schema)
             case Message():
-                writer.add_message(channels[one.channel_id], one.log_time, changes.get(k, one.data), one.publish_time,
-                                   one.sequence)
+                writer.add_message(
+                    channels[one.channel_id], one.log_time, changes.get(k, one.data), one.publish_time, one.sequence
+                )
             case Attachment():
                 writer.add_attachment(one.create_time, one.log_time, one.name, one.media_type, changes.get(k, one.data))
             case Metadata():
@@ -183,8 +189,13 @@ def _made_record(rng: Rng) -> bytes:
 
 def _feed_record(data: bytes) -> None:
     verb, *changes = split(data) or [b""]
-    made = _written({struct.unpack("<H", one[1:3])[0] % len(_record()): one[3:] for one in changes
-                     if one[:1] == b"\0" and len(one) >= 3})
+    made = _written(
+        {
+            struct.unpack("<H", one[1:3])[0] % len(_record()): one[3:]
+            for one in changes
+            if one[:1] == b"\0" and len(one) >= 3
+        }
+    )
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "onboard.mcap"
         path.write_bytes(_patched(made, changes))

@@ -78,17 +78,26 @@ def _feed_gdem(data: bytes) -> None:
 def _elevations() -> tuple[bytes, ...]:
     heights = np.linspace(0, 5, 30, dtype=np.float32).reshape(5, 6)
     with MemoryFile() as memory:
-        with memory.open(driver="GTiff", height=5, width=6, count=1, dtype="float32", crs="EPSG:32654",
-                         transform=Affine(10.0, 0.0, 5e5, 0.0, -10.0, 4.2e6)) as file:  # fmt: skip
+        with memory.open(
+            driver="GTiff",
+            height=5,
+            width=6,
+            count=1,
+            dtype="float32",
+            crs="EPSG:32654",
+            transform=Affine(10.0, 0.0, 5e5, 0.0, -10.0, 4.2e6),
+        ) as file:
             file.write(heights, 1)
         geotiff = memory.read()
     rows = "\n".join(" ".join(f"{height:.2f}" for height in row) for row in heights)
     text = f"ncols 6\nnrows 5\nxllcorner 0\nyllcorner 0\ncellsize 10\nNODATA_value -9999\n{rows}\n".encode()
     array = io.BytesIO()
     np.save(array, heights)
-    label = (b"PDS_VERSION_ID = PDS3\r\nRECORD_TYPE = FIXED_LENGTH\r\nRECORD_BYTES = 24\r\nFILE_RECORDS = 25\r\n"
-             b"^IMAGE = 21\r\nOBJECT = IMAGE\r\n LINES = 5\r\n LINE_SAMPLES = 6\r\n SAMPLE_TYPE = PC_REAL\r\n"
-             b" SAMPLE_BITS = 32\r\nEND_OBJECT = IMAGE\r\nEND\r\n")  # fmt: skip
+    label = (
+        b"PDS_VERSION_ID = PDS3\r\nRECORD_TYPE = FIXED_LENGTH\r\nRECORD_BYTES = 24\r\nFILE_RECORDS = 25\r\n"
+        b"^IMAGE = 21\r\nOBJECT = IMAGE\r\n LINES = 5\r\n LINE_SAMPLES = 6\r\n SAMPLE_TYPE = PC_REAL\r\n"
+        b" SAMPLE_BITS = 32\r\nEND_OBJECT = IMAGE\r\nEND\r\n"
+    )
     return geotiff, text, label.ljust(20 * 24) + heights.tobytes(), array.getvalue()
 
 
@@ -137,8 +146,10 @@ def _load_scenario(path: Path) -> None:
 GDEM = Door(_made_gdem, _feed_gdem)
 DEM = Door(_made_dem, _feed_dem)
 CONFIG = Door(_made_config, lambda data: _as_file("rover.toml", data, lambda path: void(load(path)), ConfigError))
-SCENARIO = Door(lambda rng: SCENARIOS[int(rng.integers(0, len(SCENARIOS)))].read_bytes(),
-                lambda data: _as_file("s.toml", data, _load_scenario, ConfigError))
+SCENARIO = Door(
+    lambda rng: SCENARIOS[int(rng.integers(0, len(SCENARIOS)))].read_bytes(),
+    lambda data: _as_file("s.toml", data, _load_scenario, ConfigError),
+)
 
 
 def void(_answer: object) -> None:

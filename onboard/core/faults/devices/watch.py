@@ -61,9 +61,14 @@ class DeviceWatch:
     def digest_items(self) -> tuple[float, ...]:
         """Values of this state that go into the state digest."""
         return (
-            self._frames.bad_ratio, self._returns.torn_ratio, self._stall.stalled, self._lidar_clock.count,
-            self._clocks.count, self._bias.jumps, self._bias.step_radps,
-        )  # fmt: skip
+            self._frames.bad_ratio,
+            self._returns.torn_ratio,
+            self._stall.stalled,
+            self._lidar_clock.count,
+            self._clocks.count,
+            self._bias.jumps,
+            self._bias.step_radps,
+        )
 
     def _set(self, name: str, holds: bool, words: str) -> None:
         if holds:

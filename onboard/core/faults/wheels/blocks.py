@@ -1,7 +1,7 @@
 """One wheel's drive in blocks of 0.2 s: rate owed, measured and reported, and current drawn.
 
-    owed    rate (rad/s): the order as the node ramps it, at 1 rad/s2, two ticks late
-    turned  rate by the encoder's position;   told  rate reported in the feedback;   current (A), mean
+owed    rate (rad/s): the order as the node ramps it, at 1 rad/s2, two ticks late
+turned  rate by the encoder's position;   told  rate reported in the feedback;   current (A), mean
 """
 
 from __future__ import annotations
@@ -93,11 +93,13 @@ class WheelBlocks:
         n = self._ticks
         self.blocks.append(
             Block(
-                self._owed / n, self._turned / (n * TICK_S), self._told / n,
+                self._owed / n,
+                self._turned / (n * TICK_S),
+                self._told / n,
                 self._current / self._currents if self._currents else None,
                 abs(self._owed_radps - self._first_radps) / (n * TICK_S),
             )
-        )  # fmt: skip
+        )
         self._begin()
 
 

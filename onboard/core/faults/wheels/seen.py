@@ -43,9 +43,11 @@ def unheard(seen: Seen) -> Seen:
     """Return the inputs of a left-out tick after `seen`: no data; the next tick's step contains its motion."""
     wheels = tuple(state and state._replace(age_ns=TICK_NS) for state in seen.wheels)
     return seen._replace(
-        now_ns=seen.now_ns + TICK_NS, wheels=wheels, currents_a=(None,) * len(wheels),
+        now_ns=seen.now_ns + TICK_NS,
+        wheels=wheels,
+        currents_a=(None,) * len(wheels),
         step=seen.step._replace(dx_m=0.0, dy_m=0.0, dyaw_rad=0.0, rolled_m=0.0),
-    )  # fmt: skip
+    )
 
 
 def works(state: WheelState | None) -> bool:

@@ -1,8 +1,8 @@
 """One wheel's steering against its rate-limited model: STEER_STUCK, and the offset of the reading.
 
-    model   the order, followed at the steering's rate from the pot's first reading
-    off     excess of the reading at wake-up, plus its jumps since: a steering cannot jump
-    stuck   the reading, less `off`, is more than 3 degrees from the model for 0.2 s
+model   the order, followed at the steering's rate from the pot's first reading
+off     excess of the reading at wake-up, plus its jumps since: a steering cannot jump
+stuck   the reading, less `off`, is more than 3 degrees from the model for 0.2 s
 """
 
 from __future__ import annotations
