@@ -48,3 +48,9 @@ def read_config(path: Path | None, settings: Iterable[str]) -> Config:
         raise fail(EX_NOINPUT, f"{path} may not be read by this user") from None
     except ConfigError as error:
         raise fail(EX_CONFIG, str(error)) from None
+
+
+def examples_of(family: str, command: str) -> str:
+    """Return the heading of `family`, the examples of a family of commands, and those lines that run `command`."""
+    mark, heading, *lines = family.splitlines()
+    return "\n".join([mark, heading, *(line for line in lines if f" {command} " in f"{line} ")])

@@ -100,7 +100,7 @@ def _head(run: Run, title: str) -> str:
     if run.contacts is not None:
         words.insert(1, verdict(not run.contacts, _count(run.contacts)))
     head += f"<p>{' '.join(words)}</p>"
-    head += paragraph(f"The rover's own word, by its own estimate: {told}.", "soft")
+    head += paragraph(f"The rover reported, by its own estimate: {told}.", "soft")
     boxes = (
         ("true distance to the goal", "distance_to_goal_m", "{:.2f} m"),
         ("scans", "scans", "{}"),
@@ -132,7 +132,7 @@ def _facts(run: Run) -> list[tuple[str, str]]:
         ("sensor noise", known.get("sensor_noise")),
         ("goal", "x {:.2f} m, y {:.2f} m".format(*known["goal_m"]) if "goal_m" in known else None),
         ("true distance to the goal, from the bench", _filled("{distance_to_goal_m:.3f} m", known)),
-        ("the rover's own word, by its estimate", known.get("outcome")),
+        ("what the rover reported, by its own estimate", known.get("outcome")),
         ("strategy", known.get("strategy")),
         ("scans, replans", _filled("{scans}, {replans}", known)),
         ("driven way", _filled("{way_m:.1f} m", known)),

@@ -85,7 +85,7 @@ def test_every_picture_is_inside_the_page_and_has_words(page):
         "utm-30lx, 3.12 % of the beams lost (2.10 % grazing, 1.02 % random); 0.020 % outliers, 0.10 % mixed; "
         "clock off by 80 ppm, motor jitter 30 µs",
         "true distance to the goal, from the bench",
-        "the rover&#x27;s own word, by its estimate",
+        "what the rover reported, by its own estimate",
     ],
 )
 def test_the_facts_are_on_the_page(page, fact):

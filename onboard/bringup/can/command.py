@@ -13,7 +13,16 @@ from typing import TYPE_CHECKING
 import click
 from click.exceptions import Exit
 
-from onboard.command_line import EX_CONFIG, EX_DATAERR, EX_NOINPUT, EX_UNAVAILABLE, EX_UNHEALTHY, EX_USAGE, fail
+from onboard.command_line import (
+    EX_CONFIG,
+    EX_DATAERR,
+    EX_NOINPUT,
+    EX_UNAVAILABLE,
+    EX_UNHEALTHY,
+    EX_USAGE,
+    examples_of,
+    fail,
+)
 from onboard.config import Can
 
 if TYPE_CHECKING:
@@ -43,7 +52,7 @@ def app() -> None:
     """A CAN bus without the flight program: its nodes, their frames and its load; and the wheels moved one by one."""
 
 
-@app.command("decode", epilog=EXAMPLES)
+@app.command("decode", epilog=examples_of(EXAMPLES, "decode"))
 @click.argument("file", required=False)
 @click.option("--bus", "uri", metavar="URI", help=f"Listen to a bus instead: {URI_HELP}")
 @only_option
@@ -94,7 +103,7 @@ def decode_command(
         print(json.dumps(summary_row(named, others)) if as_json else "\n".join(summary_lines(named, others)))
 
 
-@app.command("info", epilog=EXAMPLES)
+@app.command("info", epilog=examples_of(EXAMPLES, "info"))
 @bus_option
 @click.option("--seconds", type=click.FloatRange(0.1, 600), default=2.0, show_default=True, help="How long to listen.")
 @json_option
@@ -118,7 +127,7 @@ def info_command(uri: str, seconds: float, as_json: bool) -> None:
         raise Exit(EX_UNHEALTHY)
 
 
-@app.command("watch", epilog=EXAMPLES)
+@app.command("watch", epilog=examples_of(EXAMPLES, "watch"))
 @bus_option
 @only_option
 @node_option
@@ -134,7 +143,7 @@ def watch_command(uri: str, only: tuple[str, ...], nodes: tuple[str, ...], secon
             screen.show(frames, now_ns)
 
 
-@app.command("load", epilog=EXAMPLES)
+@app.command("load", epilog=examples_of(EXAMPLES, "load"))
 @json_option
 def load_command(as_json: bool) -> None:
     """Print load and worst-case response times of the bus, computed from rover.dbc, for three cases."""

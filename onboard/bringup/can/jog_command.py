@@ -14,7 +14,16 @@ from typing import TYPE_CHECKING
 import click
 
 from onboard.bringup.can.command import EXAMPLES, URI_HELP, app, json_option, on_bus
-from onboard.command_line import EX_INTERRUPTED, EX_UNAVAILABLE, EX_UNHEALTHY, EX_USAGE, agreed, fail, read_config
+from onboard.command_line import (
+    EX_INTERRUPTED,
+    EX_UNAVAILABLE,
+    EX_UNHEALTHY,
+    EX_USAGE,
+    agreed,
+    examples_of,
+    fail,
+    read_config,
+)
 
 if TYPE_CHECKING:
     from onboard.bringup.can.jog import Jog, Phase
@@ -40,7 +49,7 @@ def shared_options(command: Callable[..., None]) -> Callable[..., None]:
     return command
 
 
-@app.command("jog", epilog=EXAMPLES)
+@app.command("jog", epilog=examples_of(EXAMPLES, "jog"))
 @click.option("--wheel", type=click.IntRange(1, 4), help="1 front left, 2 rear left, 3 rear right, 4 front right.")
 @click.option("--rate", type=float, metavar="RAD/S", help="Turn the wheel, positive forward; at most 2.")
 @click.option("--steer", type=float, metavar="RAD", help="Steer the wheel, positive counter-clockwise from above.")
@@ -82,7 +91,7 @@ def jog(
     _run(asked, config, uri or config.can.uri, yes, as_json)
 
 
-@app.command("home", epilog=EXAMPLES)
+@app.command("home", epilog=examples_of(EXAMPLES, "home"))
 @shared_options
 def home(path: Path | None, settings: tuple[str, ...], uri: str | None, yes: bool, as_json: bool) -> None:
     """Steer all wheels straight ahead and park the tilt axis level. THE HARDWARE MOVES. Refuses and stops as `jog`."""
@@ -92,7 +101,7 @@ def home(path: Path | None, settings: tuple[str, ...], uri: str | None, yes: boo
     _run(moves.home(), config, uri or config.can.uri, yes, as_json)
 
 
-@app.command("reset", epilog=EXAMPLES)
+@app.command("reset", epilog=examples_of(EXAMPLES, "reset"))
 @shared_options
 def reset(path: Path | None, settings: tuple[str, ...], uri: str | None, yes: bool, as_json: bool) -> None:
     """Release a latched EMERGENCY_STOP by the two steps of the bus, for a bus without a flight computer.

@@ -24,6 +24,7 @@ from onboard.command_line import (
     EX_UNAVAILABLE,
     EX_UNHEALTHY,
     EX_USAGE,
+    examples_of,
     fail,
 )
 
@@ -64,7 +65,7 @@ def app() -> None:
     """
 
 
-@app.command("info", epilog=EXAMPLES)
+@app.command("info", epilog=examples_of(EXAMPLES, "info"))
 @click.argument("address")
 @settings_option
 @json_option
@@ -87,7 +88,7 @@ def info_command(address: str, settings: tuple[str, ...], as_json: bool) -> None
     _with_sensor(_config(address, ("lidar.model=", *settings)), tell)
 
 
-@app.command("watch", epilog=EXAMPLES)
+@app.command("watch", epilog=examples_of(EXAMPLES, "watch"))
 @click.argument("address")
 @settings_option
 @json_option
@@ -114,7 +115,7 @@ def watch_command(
     _with_sensor(_config(address, settings), look)
 
 
-@app.command("record", epilog=EXAMPLES)
+@app.command("record", epilog=examples_of(EXAMPLES, "record"))
 @click.argument("address")
 @click.option("--out", "-o", type=Path, required=True, help="MCAP file to write.")
 @settings_option
@@ -161,7 +162,7 @@ def record_command(
     print(json.dumps(told) if as_json else f"{out}: {told['scans']} scans, {told['bytes']} bytes")
 
 
-@app.command("replay", epilog=EXAMPLES)
+@app.command("replay", epilog=examples_of(EXAMPLES, "replay"))
 @click.argument("record", type=Path)
 @json_option
 def replay_command(record: Path, as_json: bool) -> None:
@@ -175,7 +176,7 @@ def replay_command(record: Path, as_json: bool) -> None:
     raise Exit(print_verdict(record, as_json, replay))
 
 
-@app.command("check", epilog=EXAMPLES)
+@app.command("check", epilog=examples_of(EXAMPLES, "check"))
 @click.argument("source")
 @settings_option
 @json_option
@@ -208,7 +209,7 @@ def check_command(source: str, settings: tuple[str, ...], as_json: bool, seconds
         raise Exit(EX_UNHEALTHY)
 
 
-@app.command("scan", epilog=EXAMPLES)
+@app.command("scan", epilog=examples_of(EXAMPLES, "scan"))
 @click.argument("record", type=Path)
 @click.option("--out", "-o", type=Path, required=True, help="Where the scan goes: .ply, .npz or .mcap.")
 @click.option("--sweep", type=click.IntRange(min=0), default=1, help="Which, from 1; 0: all of them, into a .mcap.")
