@@ -45,7 +45,7 @@ def fractal_heights(
     spectrum *= size * sigma * elementary.exp(hurst * elementary.log(size * cell_m))
     spectrum[:half] *= law
     spectrum[half:] *= law[size - half : 0 : -1]
-    # axis by axis, in place: the same bits as irfft2, without its copy
+    # axis by axis, in place: without the copy of irfft2
     return fft.irfft(fft.ifft(spectrum, axis=0, overwrite_x=True), n=size, axis=1)
 
 
