@@ -25,6 +25,7 @@ from onboard.core.tick import Rover
 from onboard.records import F64, Inputs, Outputs
 from protocol.conventions import WHEEL_SIGNS
 from protocol.tables.modes import Phase
+from tests.scenarios.mission import LIMIT_S
 
 TRENCHES, STEPS, NOMINAL = range(1, 21), range(21, 41), range(41, 51)
 SEEDS = (*TRENCHES, *STEPS, *NOMINAL)
@@ -145,7 +146,8 @@ def wheels(state: PlantState, rover: config.Rover) -> tuple[F64, F64]:
 def _nominal(seed: int) -> Row:
     """Fly a whole mission without an obstacle; each stop of the guard is compared with the true ground."""
     field_seed = seed - NOMINAL[0] + 1
-    bench = InMemory(Scenario(name="guard", terrain="fbm", seed=field_seed, set=SET), step_ns=CAMPAIGN_STEP_NS)
+    scenario = Scenario(name="guard", terrain="fbm", seed=field_seed, limit_s=LIMIT_S, set=SET)
+    bench = InMemory(scenario, step_ns=CAMPAIGN_STEP_NS)
     whys: list[tuple[str, bool]] = []
 
     def look(tick: int, inputs: Inputs, outputs: Outputs, rover: Rover, state: PlantState) -> None:
