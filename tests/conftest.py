@@ -41,5 +41,7 @@ class KernelsOf:
 if os.environ.get(FOLDER):
     sys.meta_path.insert(0, KernelsOf(Path(os.environ[FOLDER]).resolve()))
 
+pytest_plugins = ["tests.copies"]
+
 settings.register_profile("timeless", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("timeless")

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import math
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -332,8 +333,9 @@ def digest(outputs):
     return hashlib.blake2b(repr(said).encode(), digest_size=8).digest()
 
 
+@cache
 def first_map():
-    """The map after the two scans of a first stop at the origin."""
+    """The map after the two scans of a first stop at the origin; made once a process."""
     rover = CoreBench()
     rover.settle()
     rover.goto(3.0, 0.5)

@@ -16,6 +16,7 @@ from protocol.tables.faults import BY_NAME
 from protocol.tables.modes import Mode, Phase
 
 TICK_S = 0.01
+pytestmark = pytest.mark.copied
 POWER_STATUS, STATUS_2 = 0x200, 0x1A2
 
 
@@ -24,7 +25,7 @@ def known():
     return first_map()
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def driving(known):
     rover = CoreBench(settings=quick(), memory=known)
     rover.settle()

@@ -25,6 +25,7 @@ from protocol.tables.modes import Mode, Phase
 TICK_NS, S_NS = 10_000_000, 1_000_000_000
 SECTOR_RAD = math.radians(65)
 DOWN_RAD = math.radians(20)
+pytestmark = pytest.mark.copied
 
 
 # -- frames and returns ----------------------------------------------------------------------------------------------
@@ -260,7 +261,7 @@ def test_a_rover_that_creeps_on_while_its_wheels_stand_is_no_bias():
 # -- the rows, by the whole core -------------------------------------------------------------------------------------
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def scanning():
     rover = CoreBench(settings=quick())
     rover.settle()

@@ -65,6 +65,7 @@ TESTED_BY = {
     "IMU_BIAS": "test_a_gyro_that_reads_otherwise_at_the_next_stop_is_named_and_learned",
     "NOT_MOVING": "test_a_rover_whose_wheels_turn_and_that_stands_is_found_within_five_seconds",
 }
+pytestmark = pytest.mark.copied
 
 
 def bench(known=None, **sections):
@@ -87,7 +88,7 @@ def known():
     return first_map()
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def driving(known):
     rover = bench(known)
     rover.request = rover.goto(3.0, 0.5)
@@ -390,7 +391,7 @@ def test_a_dead_imu_stops_the_wheels_within_40_ms_and_they_go_on_by_themselves(d
     driving.until(lambda: not standing(driving), 0.1)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def guarded(known):
     rover = bench(known, drive_guard=config.DriveGuard(on=True))
     rover.request = rover.goto(2.8, 0.5)

@@ -14,6 +14,7 @@ from protocol.link.transactions import State
 from protocol.tables.modes import Mode, Phase
 
 ON = config.DriveGuard(on=True)
+pytestmark = pytest.mark.copied
 
 
 @pytest.fixture(scope="module")
@@ -21,8 +22,7 @@ def known():
     return first_map()
 
 
-@pytest.fixture
-def setting_out(known):
+def set_out(known):
     rover = CoreBench(settings=quick(drive_guard=ON), memory=known)
     rover.settle()
     rover.request = rover.goto(2.4, 0.5)
@@ -30,10 +30,16 @@ def setting_out(known):
     return rover
 
 
-@pytest.fixture
-def driving(setting_out):
-    setting_out.until(lambda: setting_out.pose[0] > 0.6, 30.0)
-    return setting_out
+@pytest.fixture(scope="module")
+def setting_out(known):
+    return set_out(known)
+
+
+@pytest.fixture(scope="module")
+def driving(known):
+    rover = set_out(known)
+    rover.until(lambda: rover.pose[0] > 0.6, 30.0)
+    return rover
 
 
 def held(rover):

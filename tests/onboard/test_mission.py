@@ -24,6 +24,7 @@ LETTERS = {
     Phase.NONE: "-",
     Phase.BACKING_OFF: "B",
 }
+pytestmark = pytest.mark.copied
 
 
 def fly(goal, memory=None, **sections):
@@ -124,7 +125,7 @@ def test_without_any_registration_on_a_kept_map_a_near_goal_is_looked_at_too(kno
     assert word(rover).startswith("SMPDSMP")
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def on_the_way(known):
     rover = CoreBench(settings=quick(), memory=known)
     rover.settle()

@@ -23,6 +23,7 @@ from protocol.tables.modes import Mode, Phase
 
 S = 1_000_000_000
 WELL = Machine(0.3, 0.2, 200e6, 2e9, 50.0, 20e9)
+pytestmark = pytest.mark.copied
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +31,7 @@ def known():
     return first_map()
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def driving(known):
     rover = CoreBench(memory=known)
     rover.settle()
