@@ -20,7 +20,7 @@ from protocol.link.datagrams import DOWNLINK_KEY_ID, KEY_DOWN, KEY_UP, Kind, Ope
 from protocol.link.keyring import EPOCHS, Keyring, LinkKeys, bench_keys
 from protocol.tables import commands
 from protocol.tables.modes import Mode
-from transport.key_file import read_keys
+from transport.key_file import KeyFileError, read_keys
 
 BENCH = bench_keys(11)
 EPOCHAL = tuple(range(EPOCHS))
@@ -314,7 +314,7 @@ def test_key_file_modes_that_others_may_read_are_refused(tmp_path, mode):
     path = tmp_path / "k"
     path.write_text(link.format_keys(KEY_UP, SECRETS))
     path.chmod(mode)
-    with pytest.raises(ConfigError, match=rf"mode {mode:04o}.*chmod 600"):
+    with pytest.raises(KeyFileError, match=rf"mode {mode:04o}.*chmod 600"):
         read_keys(str(path), KEY_UP)
 
 
