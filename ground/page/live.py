@@ -21,12 +21,13 @@ from typing import Any
 from ground.archive.store import Archive, ArchiveError
 from ground.operation import show
 from ground.operation.operate import SHORT_WAIT_S, closed_words
+from ground.page.pace import Pace
 from ground.page.past import Past, read_past, trail
 from ground.page.series import Series, Trail
 from ground.page.snapshot import EMPTY, CommandRow, EventRow, OldValue, Snapshot
 from ground.page.view import measured_ns
 from ground.session.contact import NOT_HEARD_THERE, Contact, Uplink
-from ground.session.news import EventHeard, News, ProductHeard
+from ground.session.news import EventHeard, Item, News, ProductHeard
 from ground.session.session import Session
 from ground.station.clock import WallClock
 from ground.station.settings import Settings
@@ -76,6 +77,7 @@ class Live:
         self._past = Past()
         self._events: deque[EventRow] = deque(maxlen=_MOST_EVENTS)
         self._says: deque[str] = deque(maxlen=_MOST_SAYS)
+        self._pace = Pace()
         self._sent_ns: dict[int, int] = {}  # request id -> station time of its first transmission
         self.series, self.trail = Series(), Trail()
         self.snapshot = EMPTY
@@ -132,6 +134,7 @@ class Live:
                 clock = WallClock()
                 station.session.utc_ns = time.time_ns()
                 self._sent_ns.clear()
+                self._pace = Pace()
                 self._turns(station, clock)
 
     def _turns(self, station: Any, clock: Any) -> None:
@@ -168,6 +171,9 @@ class Live:
                 order.taken.set_result(request_id)
 
     def _hear(self, news: list[News], session: Session) -> None:
+        items = [one for one in news if isinstance(one, Item)]
+        if items:
+            self._pace.hear(max(one.onboard_ns for one in items), items[-1].at_ns)
         for one in news:
             if isinstance(one, EventHeard):
                 clock = session.far_clock.at(one.at_ns)
@@ -196,6 +202,7 @@ class Live:
             dict(session.counts), station.sent, station.linked, station.trouble, session.mismatch,
             session.in_contact(now_ns), show.contact_words(session, now_ns), show.clock_words(session, now_ns),
             not session.viewer, (*before, *rows), tuple(self._events), session.transfers, tuple(self._says),
+            self._pace.ratio,
         )  # fmt: skip
 
     def _record(self, shot: Snapshot) -> None:

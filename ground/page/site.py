@@ -169,5 +169,5 @@ def sign_in_page(error: str = "") -> str:
 def plain_page(title: str, body: str) -> str:
     """Return a page without the page's library."""
     return ('<!doctype html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">'
-            f'<title>{html.escape(title)} · El Dorado</title><link rel="stylesheet" href="/static/plain.css"></head>'
+            f'<title>{html.escape(title)} · El Dorado</title><link rel="icon" href="data:,"><link rel="stylesheet" href="/static/plain.css"></head>'
             f'<body><main class="sign-in">{body}</main></body></html>')

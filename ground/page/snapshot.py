@@ -73,6 +73,7 @@ class Snapshot:
     clock: estimate of onboard time at `now_ns`; None: the rover was not received yet.
     heard_ns: last reception; None: never.
     linked: True if the link's carrier has a peer.
+    pace_ratio: rate of the rover's clock against the station's; None: not measured.
     trouble: why the station is not on the link, or cannot archive; "": nothing.
     """
 
@@ -99,6 +100,7 @@ class Snapshot:
     events: tuple[EventRow, ...] = ()
     transfers: Mapping[str, tuple[int, int]] = field(default_factory=dict)
     says: tuple[str, ...] = ()
+    pace_ratio: float | None = None
 
 
 EMPTY = Snapshot(trouble="the station starts")

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from ground.page.pace import unequal
 from ground.page.snapshot import CommandRow, EventRow, Snapshot
 from ground.page.words import GROUPS, command_words, label, rest, value_words
 from ground.session.contact import SILENT_NS
@@ -61,8 +62,8 @@ def measured_ns(shot: Snapshot, name: str, now: int) -> int | None:
     """
     item = shot.items.get(name)
     if item is not None:
-        if shot.clock is None:
-            return item.at_ns
+        if shot.clock is None or unequal(shot.pace_ratio):
+            return item.at_ns - shot.rtt_ns // 2
         return min(item.at_ns, item.onboard_ns - (shot.clock.onboard_ns - shot.now_ns))
     old = shot.before.get(name)
     if old is None or not shot.utc_ns or old.utc_ns <= 0:
@@ -142,8 +143,15 @@ def _link(shot: Snapshot, now: int) -> dict[str, Any]:
         "error_s": shot.clock.error_ns / 1e9 if shot.clock is not None and shot.clock.error_ns is not None else None,
         "on_its_way": [command_words(row.name, row.arguments) for row in open_ones if row.heard_ns is None],
         "transfers": [[name, have, total] for name, (have, total) in shot.transfers.items()],
-        "says": list(shot.says),
+        "says": list(shot.says), "pace": _pace_words(shot),
     }
+
+
+def _pace_words(shot: Snapshot) -> str:
+    if shot.pace_ratio is None or not unequal(shot.pace_ratio):
+        return ""
+    return (f"The rover's clock runs at {shot.pace_ratio:.2f} of this computer's, as in a slow simulation: "
+            "ages count from the arrival here.")
 
 
 def event_tree(row: EventRow) -> dict[str, Any]:

@@ -5,6 +5,7 @@ export default {
   template: `<div class="link-panel" :data-tick="tick">
     <p v-if="trouble" class="trouble" role="alert">{{ trouble }}</p>
     <dl><template v-for="row in rows" :key="row[0]"><dt>{{ row[0] }}</dt><dd>{{ row[1] }}</dd></template></dl>
+    <p v-if="link && link.pace" class="pace">{{ link.pace }}</p>
     <p class="delay">{{ delay }}</p>
     <div v-for="one in transfers" :key="one.name" class="transfer"><span>{{ one.name }}</span>
       <progress :value="one.have" :max="one.total" :aria-label="'transfer of ' + one.name"></progress><span>{{ one.have }} of {{ one.total }}</span></div>

@@ -136,9 +136,10 @@ export default {
     paint_grid(g) {
       const step = [0.5, 1, 2, 5, 10, 20, 50].find((s) => s * this.scale > 60) || 100;
       const [x0, y1] = this.place(0, 0), [x1, y0] = this.place(this.width, this.height);
-      g.lineWidth = 1; g.strokeStyle = "rgba(255,255,255,0.13)"; g.font = "11px system-ui, sans-serif"; g.textAlign = "left";
-      for (let x = Math.ceil(x0 / step) * step; x <= x1; x += step) { const [px] = this.px(x, 0); g.beginPath(); g.moveTo(px, 0); g.lineTo(px, this.height); g.stroke(); this.text(g, x.toFixed(step < 1 ? 1 : 0), px + 3, this.height - 5); }
-      for (let y = Math.ceil(y0 / step) * step; y <= y1; y += step) { const [, py] = this.px(0, y); g.beginPath(); g.moveTo(0, py); g.lineTo(this.width, py); g.stroke(); this.text(g, y.toFixed(step < 1 ? 1 : 0), 4, py - 3); }
+      const rule = () => { g.lineWidth = 1; g.strokeStyle = "rgba(255,255,255,0.16)"; g.beginPath(); };
+      g.font = "11px system-ui, sans-serif"; g.textAlign = "left";
+      for (let x = Math.ceil(x0 / step) * step; x <= x1; x += step) { const [px] = this.px(x, 0); rule(); g.moveTo(px, 0); g.lineTo(px, this.height); g.stroke(); this.text(g, x.toFixed(step < 1 ? 1 : 0), px + 3, this.height - 5); }
+      for (let y = Math.ceil(y0 / step) * step; y <= y1; y += step) { const [, py] = this.px(0, y); rule(); g.moveTo(0, py); g.lineTo(this.width, py); g.stroke(); this.text(g, y.toFixed(step < 1 ? 1 : 0), 4, py - 3); }
       const bar = step * this.scale, bx = this.width - bar - 16, by = this.height - 16;
       g.fillStyle = "#000a"; g.fillRect(bx - 6, by - 18, bar + 12, 26); g.fillStyle = "#fff"; g.fillRect(bx, by, bar, 3); this.text(g, step + " m", bx, by - 5);
       g.beginPath(); g.moveTo(this.width - 22, 14); g.lineTo(this.width - 15, 36); g.lineTo(this.width - 22, 30); g.lineTo(this.width - 29, 36); g.closePath(); g.fill(); this.text(g, "N", this.width - 26, 50);

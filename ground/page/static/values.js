@@ -20,7 +20,7 @@ export default {
       const tree = newest();
       const value = tree && tree.values[name];
       if (!value) return { text: "–", age: "", stale: true, bad: false };
-      if (value.text === "–") return { text: "–", age: "not received", stale: true, bad: false };
+      if (value.text === "–") return { text: "–", age: "never", stale: true, bad: false };
       return { text: value.text, age: age_words(age_s(value.at_s)), stale: stale(value), bad: value.bad };
     },
   },
