@@ -21,7 +21,7 @@ from typing import Any
 from ground.archive.store import Archive, ArchiveError
 from ground.operation import show
 from ground.operation.operate import SHORT_WAIT_S, closed_words
-from ground.page.pace import Pace
+from ground.page.pace import Pace, unequal
 from ground.page.past import Past, read_past, trail
 from ground.page.series import Series, Trail
 from ground.page.snapshot import EMPTY, CommandRow, EventRow, OldValue, Snapshot
@@ -177,7 +177,8 @@ class Live:
         for one in news:
             if isinstance(one, EventHeard):
                 clock = session.far_clock.at(one.at_ns)
-                ago_ns = 0 if clock is None else max(0, clock.onboard_ns - one.onboard_ns)
+                known = clock is not None and not unequal(self._pace.ratio)
+                ago_ns = max(0, clock.onboard_ns - one.onboard_ns) if clock is not None and known else 0
                 happened_ns = session.utc_ns + one.at_ns - ago_ns
                 self._events.append(EventRow(happened_ns, session.boot_id, one.serial, one.severity, one.name, one.text))
             elif isinstance(one, ProductHeard):
