@@ -69,7 +69,7 @@ def stored_tokens(path: Path) -> Tokens:
     except (ValueError, KeyError, TypeError) as error:
         raise ConfigError(f"{path}: damaged ({type(error).__name__}); delete it, a new one is made") from None
     if not all(isinstance(one, str) and len(one) >= _LEAST_CHARACTERS and one.isascii() for one in tokens):
-        raise ConfigError(f"{path}: a token is shorter than {_LEAST_CHARACTERS} characters; delete it, a new one is made")
+        raise ConfigError(f"{path}: a token has under {_LEAST_CHARACTERS} characters; delete it, a new one is made")
     if tokens.operator == tokens.viewer:
         raise ConfigError(f"{path}: both roles have the same token; delete it, a new one is made")
     return tokens
@@ -128,7 +128,7 @@ def is_loopback(host: str) -> bool:
 
 
 def hosts_of(host: str, port: int, more: tuple[str, ...] = ()) -> frozenset[str]:
-    """Return the Host headers that are accepted: those of loopback, of `host`, and `more` (names, with or without port).
+    """Return the accepted Host headers: those of loopback, of `host`, and `more` (names, with or without port).
 
     All others are refused, so a foreign name that is made to point here (DNS rebinding) opens nothing.
     """

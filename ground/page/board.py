@@ -170,8 +170,9 @@ class Board:
         if self._operator:
             self._map.on("goal", lambda event: self._clicked(event.args))
         with ui.element("div").classes("map-legend"):
-            ui.toggle(list(map_layers.LAYERS), value=map_layers.LAYERS[0], on_change=lambda event: self._layer(event.value)) \
-                .props("dense no-caps unelevated").props('aria-label="Layer of the map"')
+            layers = ui.toggle(list(map_layers.LAYERS), value=map_layers.LAYERS[0],
+                               on_change=lambda event: self._layer(event.value))
+            layers.props("dense no-caps unelevated").props('aria-label="Layer of the map"')
             self._legend = ui.element("div").classes("legend")
         self._layer(map_layers.LAYERS[0])
 
@@ -197,8 +198,8 @@ class Board:
         with ui.element("div").classes("quick"):
             for text, words in QUICK:
                 ui.button(text, on_click=lambda words=words: self._order(words)).props("no-caps outline dense")
-            ui.switch("map at each stop", value=self._site.map_each_stop, on_change=lambda event: self._each_stop(event.value)) \
-                .props("dense")
+            ui.switch("map at each stop", value=self._site.map_each_stop,
+                      on_change=lambda event: self._each_stop(event.value)).props("dense")
         with ui.element("div").classes("typed"):
             self._line = ui.input("any command, as in a terminal", placeholder="turn 90").props("dense outlined") \
                 .on("keydown.enter", self._typed)
@@ -226,16 +227,18 @@ class Board:
 
     def _draw_plot(self) -> None:
         names = {name: label(name) for name in PLOTS}
-        self._item = ui.select(names, value=PLOTS[0], label="plot, the last 15 minutes", on_change=lambda: self._push_plot()) \
-            .props("dense outlined options-dense").classes("plot-item")
+        self._item = ui.select(names, value=PLOTS[0], label="plot, the last 15 minutes",
+                               on_change=lambda: self._push_plot())
+        self._item.props("dense outlined options-dense").classes("plot-item")
         axis = {"axisLabel": {"color": "#c3cdd5"}, "splitLine": {"lineStyle": {"color": "#2b363e"}}}
+        line = {"type": "line", "showSymbol": False, "lineStyle": {"color": "#62b6ff", "width": 2}, "data": []}
+        line["markLine"] = {"symbol": "none", "silent": True, "lineStyle": {"color": "#ffb938", "type": "dashed"},
+                            "label": {"formatter": "limit", "color": "#ffb938"}, "data": []}
         self._plot = ui.echart({
-            "animation": False, "grid": {"left": 56, "right": 16, "top": 34, "bottom": 28}, "textStyle": {"color": "#c3cdd5"},
-            "xAxis": {"type": "time", **axis}, "yAxis": {"type": "value", "scale": True, "nameTextStyle": {"align": "left"}, **axis},
-            "tooltip": {"trigger": "axis"}, "dataZoom": [{"type": "inside"}],
-            "series": [{"type": "line", "showSymbol": False, "lineStyle": {"color": "#62b6ff", "width": 2}, "data": [],
-                        "markLine": {"symbol": "none", "silent": True, "lineStyle": {"color": "#ffb938", "type": "dashed"},
-                                     "label": {"formatter": "limit", "color": "#ffb938"}, "data": []}}],
+            "animation": False, "grid": {"left": 56, "right": 16, "top": 34, "bottom": 28},
+            "textStyle": {"color": "#c3cdd5"}, "xAxis": {"type": "time", "splitNumber": 4, **axis},
+            "yAxis": {"type": "value", "scale": True, "nameTextStyle": {"align": "left"}, **axis},
+            "tooltip": {"trigger": "axis"}, "dataZoom": [{"type": "inside"}], "series": [line],
         }).classes("plot")  # fmt: skip
 
     # -- orders ---------------------------------------------------------------------------------------------

@@ -127,15 +127,16 @@ class Live:
     def _session(self) -> None:
         """Run one session until the link closes or the thread ends. Raises StationError and others of _DOWN."""
         utc_ns = time.time_ns()
-        with Archive(self._settings.archive or ":memory:", utc_ns, "page", wait_s=SHORT_WAIT_S, later=True) as archive:
-            with self._open_station(self._settings, archive) as station:
-                station.session.asked_by = by_hand("page")
-                station.wait_open(_CONNECT_S, _ALONE_S)
-                clock = WallClock()
-                station.session.utc_ns = time.time_ns()
-                self._sent_ns.clear()
-                self._pace = Pace()
-                self._turns(station, clock)
+        path = self._settings.archive or ":memory:"
+        with (Archive(path, utc_ns, "page", wait_s=SHORT_WAIT_S, later=True) as archive,
+              self._open_station(self._settings, archive) as station):
+            station.session.asked_by = by_hand("page")
+            station.wait_open(_CONNECT_S, _ALONE_S)
+            clock = WallClock()
+            station.session.utc_ns = time.time_ns()
+            self._sent_ns.clear()
+            self._pace = Pace()
+            self._turns(station, clock)
 
     def _turns(self, station: Any, clock: Any) -> None:
         session, contact, uplink = station.session, Contact(), Uplink()
@@ -180,7 +181,8 @@ class Live:
                 known = clock is not None and not unequal(self._pace.ratio)
                 ago_ns = max(0, clock.onboard_ns - one.onboard_ns) if clock is not None and known else 0
                 happened_ns = session.utc_ns + one.at_ns - ago_ns
-                self._events.append(EventRow(happened_ns, session.boot_id, one.serial, one.severity, one.name, one.text))
+                self._events.append(EventRow(happened_ns, session.boot_id, one.serial, one.severity, one.name,
+                                             one.text))
             elif isinstance(one, ProductHeard):
                 self._on_product(one.product, session.utc_ns + one.at_ns)
 
@@ -222,8 +224,8 @@ class Live:
         waiting = [order.name for order in self._inbox if order.name in commands.HALTING]
         trouble = f"{why}; {', '.join(waiting)} waits for the link" if waiting else why
         self.snapshot = Snapshot(
-            now_ns=0, mono_ns=time.monotonic_ns(), utc_ns=time.time_ns(), station=self._settings.station, before=self._past.values,
-            boot_id=last.boot_id, trouble=trouble, contact=last.contact, commands=last.commands,
+            now_ns=0, mono_ns=time.monotonic_ns(), utc_ns=time.time_ns(), station=self._settings.station,
+            before=self._past.values, boot_id=last.boot_id, trouble=trouble, contact=last.contact, commands=last.commands,
             events=tuple(self._events), says=tuple(self._says))  # fmt: skip
 
 

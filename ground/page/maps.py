@@ -82,7 +82,7 @@ class Maps:
         return {"ldem": ldem, "gdem": orbit, "way": self._way, "choice": self._choice, "trouble": self.trouble}
 
     def picture(self, revision: int, layer: str, now_utc_s: float) -> bytes:
-        """Return a layer of the newest map as PNG. Raises LookupError without a map, ValueError for an unknown layer."""
+        """Return a layer of the newest map as PNG. Raises LookupError without a map, ValueError for no such layer."""
         return self._picture(self.revision if revision <= self.revision else -1, layer,
                              int(now_utc_s // 10) if layer == "age" else 0)
 

@@ -1,7 +1,7 @@
 """Rate of the rover's clock against the station's, from the stamps of telemetry. Pure.
 
-The estimate of onboard time takes the two rates as equal within 100 ppm. A simulation may run slower than real time, and
-a clock may be broken: ages by that estimate are then wrong, and the page counts from the arrival instead.
+The estimate of onboard time takes the two rates as equal within 100 ppm. A simulation may run slower than real time,
+and a clock may be broken: ages by that estimate are then wrong, and the page counts from the arrival instead.
 """
 
 from __future__ import annotations

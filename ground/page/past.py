@@ -39,7 +39,7 @@ class Past:
 
 
 def read_past(path: str) -> Past:
-    """Return what an archive has; empty if there is no archive. Never raises for a file's content: `trouble` says why."""
+    """Return what an archive has; empty if there is none. For an unreadable file: `trouble` says why."""
     if not path or not Path(path).is_file():
         return Past()
     try:

@@ -49,8 +49,8 @@ def application(site: Site) -> Guard:
     def page(request: Request) -> None:
         role: Role = request.scope["role"]
         address = request.client.host if request.client is not None else "?"
-        ui.add_head_html('<link rel="stylesheet" href="/static/plain.css"><link rel="stylesheet" href="/static/page.css">'
-                         '<script src="/static/stop.js" defer></script>')
+        ui.add_head_html('<link rel="stylesheet" href="/static/plain.css">'
+                         '<link rel="stylesheet" href="/static/page.css"><script src="/static/stop.js" defer></script>')
         ui.add_body_html(stop_bar(role))
         client = ui.context.client
         boards[client.id] = Board(site, role, who(role.value, address))

@@ -1,4 +1,4 @@
-"""The page's parts in one record, and the HTTP routes that need no library of the page: sign-in, STOP, pictures, state."""
+"""The page's parts in one record, and the plain HTTP routes: sign-in, STOP, pictures, state."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import Any
 from urllib.parse import parse_qs
 
 from fastapi import FastAPI, Request
-from fastapi.responses import FileResponse, HTMLResponse, JSONResponse, PlainTextResponse, RedirectResponse, Response
 from fastapi.concurrency import run_in_threadpool
+from fastapi.responses import FileResponse, HTMLResponse, JSONResponse, PlainTextResponse, RedirectResponse, Response
 
 from ground.page.access import Role, cookie_name, cookie_value, role_of_token
 from ground.page.acknowledged import Acknowledged
@@ -168,6 +168,7 @@ def sign_in_page(error: str = "") -> str:
 
 def plain_page(title: str, body: str) -> str:
     """Return a page without the page's library."""
-    return ('<!doctype html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">'
-            f'<title>{html.escape(title)} · El Dorado</title><link rel="icon" href="data:,"><link rel="stylesheet" href="/static/plain.css"></head>'
+    return ('<!doctype html><html lang="en"><head><meta charset="utf-8">'
+            f'<meta name="viewport" content="width=device-width"><title>{html.escape(title)} · El Dorado</title>'
+            '<link rel="icon" href="data:,"><link rel="stylesheet" href="/static/plain.css"></head>'
             f'<body><main class="sign-in">{body}</main></body></html>')

@@ -24,7 +24,7 @@ export default {
       return SHOWN.map(([name, label]) => {
         const value = tree.values[name];
         const old = stale(value);
-        return { name, label, text: value.text, stale: old, bad: value.bad, age: (old ? "old: " : "") + age_words(age_s(value.at_s)) };
+        return { name, label, text: value.text, stale: old, bad: value.bad, age: value.text === "–" && !value.live ? "never received" : (old ? "old: " : "") + age_words(age_s(value.at_s)) };
       });
     },
     link() {

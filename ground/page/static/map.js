@@ -31,7 +31,7 @@ export default {
   watch: { layer() { this.load(); } },
   methods: {
     // -- from the server
-    show_maps(maps) { this.maps = maps; this.load(); if (!this.fitted) this.fit(); this.draw(); },
+    show_maps(maps) { const first = maps.ldem && !this.maps.ldem; this.maps = maps; this.load(); if (first || !this.fitted) this.fit(); this.draw(); },
     show_trail(places, whole) { this.trail = whole ? places : this.trail.concat(places); if (this.trail.length > 8000) this.trail = this.trail.filter((_, k) => k % 2 === 0); this.draw(); },
     show_plan(plan) { this.plan = plan; this.goalAsked = plan ? plan.goal : null; this.draw(); },
     show_goal(goal) { this.goalAsked = goal; this.plan = null; this.draw(); },
