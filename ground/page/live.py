@@ -225,8 +225,8 @@ class Live:
         trouble = f"{why}; {', '.join(waiting)} waits for the link" if waiting else why
         self.snapshot = Snapshot(
             now_ns=0, mono_ns=time.monotonic_ns(), utc_ns=time.time_ns(), station=self._settings.station,
-            before=self._past.values, boot_id=last.boot_id, trouble=trouble, contact=last.contact, commands=last.commands,
-            events=tuple(self._events), says=tuple(self._says))  # fmt: skip
+            before=self._past.values, boot_id=last.boot_id, trouble=trouble, contact=last.contact,
+            commands=last.commands, events=tuple(self._events), says=tuple(self._says))  # fmt: skip
 
 
 def _aged(shot: Snapshot) -> dict[str, OldValue]:

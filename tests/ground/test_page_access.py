@@ -60,7 +60,7 @@ def test_tokens_are_made_once_in_a_file_that_only_its_owner_reads(tmp_path):
 
 @pytest.mark.parametrize(("text", "mode", "words"), [
     (json.dumps(TOKENS._asdict()), 0o640, "others may read"), ("{", 0o600, "damaged"), ("[]", 0o600, "damaged"),
-    (json.dumps({"operator": "a", "viewer": "b"}), 0o600, "shorter"),
+    (json.dumps({"operator": "a", "viewer": "b"}), 0o600, "under 24 characters"),
     (json.dumps({"operator": "o" * 32, "viewer": "o" * 32}), 0o600, "same token"),
 ])  # fmt: skip
 def test_a_bad_token_file_stops_the_start_and_shows_no_token(tmp_path, text, mode, words):
