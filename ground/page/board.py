@@ -9,17 +9,20 @@ from typing import Any
 from nicegui import run, ui
 from nicegui.element import Element
 
-from ground.page import map_layers, orders
+from ground.archive.schema import ArchiveError
+from ground.page import drawn, map_layers, orders
 from ground.page.access import Role
+from ground.page.past_bar import PastBar, at_words
+from ground.page.series import F64
 from ground.page.site import STATIC, Site
-from ground.page.view import layout
+from ground.page.view import layout, view
 from ground.page.words import label
 from ground.products.preview import NoMapError
 from onboard.config import ConfigError
 from protocol.telemetry import BY_NAME
 
-QUICK = (("Scan", "scan"), ("Fetch map", "get ldem"), ("Fetch decision", "get nsp"), ("Return", "return"),
-         ("Safe", "safe"), ("Resume", "resume"))
+QUICK = (("Scan", "scan"), ("Fetch map", "get ldem"), ("Fetch decision", "get nsp"),
+         ("Fetch fences", "fence list"), ("Return", "return"), ("Safe", "safe"), ("Resume", "resume"))
 PLOTS = ("goal_distance_m", "speed_mps", "x_m", "y_m", "yaw_rad", "sigma_position_m", "voltage_v", "current_a",
          "charge_ratio", "roll_rad", "pitch_rad", "cpu_ratio", "tick_worst_ms")
 _SEVERE = {"warning", "error", "critical"}
@@ -82,21 +85,46 @@ class Board:
 
     def push(self, tree: dict[str, Any], slow: bool) -> None:
         """Send the newest tree. slow: the plot too."""
+        if self._past.chosen is not None:
+            return
         self._feed.run_method("show", {**tree, "events": []})
-        self._push_maps()
+        self._push_maps(self._site.maps.tree())
         self._push_trail()
         self._push_events(tree["events"])
         if slow:
-            self._push_plot()
+            self._push_plot(self._site.live.series.of(self._item.value))
 
     def again(self) -> None:
         """Send all of the map at the next push: the browser has built it now."""
         self._sent_maps, self._sent_trail = (), (-1, 0)
 
-    def _push_maps(self) -> None:
-        tree = self._site.maps.tree()
-        mark = (tree["ldem"] and tree["ldem"]["revision"], tree["way"] and tree["way"]["utc_s"],
-                tree["choice"] and tree["choice"]["utc_s"], tree["gdem"] is None)
+    async def _show_past(self) -> None:
+        """Send what was known at the chosen time of a past run; or all of the present again."""
+        chosen = self._past.chosen
+        self._sent_events, self._sent_points = (), 0
+        self.again()
+        if chosen is None:
+            self.push(self._site.view(), True)
+            return
+        try:
+            found = await run.io_bound(self._site.replay.at, *chosen)
+            points = await run.io_bound(self._site.replay.series, chosen.row, self._item.value, chosen.at_ns)
+        except ArchiveError as error:
+            self._past.say(f"this run cannot be read: {error}")
+            return
+        if found is None or points is None or self._past.chosen != chosen:
+            return  # the server ends, or another time was chosen meanwhile
+        tree = view(found.shot, found.shot.mono_ns)
+        tree |= {"past": at_words(chosen), "utc_s": tree["utc_s"] or tree["now_s"]}
+        self._feed.run_method("show", {**tree, "events": []})
+        self._push_maps({**found.maps, "gdem": self._site.maps.tree()["gdem"]})
+        self._map.run_method("show_trail", found.trail_m.tolist(), True)
+        self._push_events(tree["events"])
+        self._push_plot(points)
+
+    def _push_maps(self, tree: dict[str, Any]) -> None:
+        mark = (tree["ldem"] and tree["ldem"]["revision"], tree["gdem"] is None,
+                *(tree[name] and tree[name]["utc_s"] for name in drawn.NAMES))
         if mark != self._sent_maps:
             self._sent_maps = mark
             self._map.run_method("show_maps", tree)
@@ -122,9 +150,14 @@ class Board:
         left = sum(not row["seen"] and row["severity"] in _SEVERE for row in rows)
         self._unseen.set_text(f"{left} not acknowledged" if left else "")
 
-    def _push_plot(self) -> None:
+    async def _plot_another(self) -> None:
+        if self._past.chosen is not None:
+            await self._show_past()
+        else:
+            self._push_plot(self._site.live.series.of(self._item.value))
+
+    def _push_plot(self, points: F64) -> None:
         name = self._item.value
-        points = self._site.live.series.of(name)
         mark = hash((name, len(points), float(points[-1, 0]) if len(points) else 0.0))
         if mark == self._sent_points:
             return
@@ -143,6 +176,7 @@ class Board:
     def _draw(self) -> None:
         self._feed = Feed({**self._site.view(), "events": []})
         Headline()
+        self._past = PastBar(self._site.replay, self._show_past)
         with ui.element("main").classes("grid"):
             with ui.element("section").classes("card map-card").props('aria-label="Map"'):
                 self._draw_map()
@@ -214,7 +248,7 @@ class Board:
                 ui.button("Acknowledge all", on_click=self._acknowledge).props("no-caps outline dense")
         columns = [
             {"name": "time", "label": "time (UTC)", "field": "at", "align": "left", "sortable": True,
-             ":format": "v => v ? new Date(v * 1000).toISOString().slice(11, 19) : '–'"},
+             ":format": "v => v > 1e8 ? new Date(v * 1000).toJSON().slice(11, 19) : v ? v.toFixed(1) + ' s' : '–'"},
             {"name": "severity", "label": "severity", "field": "severity", "align": "left", "sortable": True},
             {"name": "name", "label": "event", "field": "name", "align": "left", "sortable": True},
             {"name": "text", "label": "text", "field": "text", "align": "left"},
@@ -228,7 +262,7 @@ class Board:
     def _draw_plot(self) -> None:
         names = {name: label(name) for name in PLOTS}
         self._item = ui.select(names, value=PLOTS[0], label="plot, the last 15 minutes",
-                               on_change=lambda: self._push_plot())
+                               on_change=self._plot_another)
         self._item.props("dense outlined options-dense").classes("plot-item")
         axis = {"axisLabel": {"color": "#c3cdd5"}, "splitLine": {"lineStyle": {"color": "#2b363e"}}}
         line = {"type": "line", "showSymbol": False, "lineStyle": {"color": "#62b6ff", "width": 2}, "data": []}
@@ -253,7 +287,15 @@ class Board:
             self._previewed = None
             self._drive.disable()
 
+    def _refused_in_past(self) -> bool:
+        if self._past.chosen is None:
+            return False
+        self._say("you look at a past run: go back to live to preview and to command; STOP works at any time")
+        return True
+
     async def _preview(self) -> None:
+        if self._refused_in_past():
+            return
         try:
             orders.goto(self._x.value, self._y.value)
         except ValueError as error:
@@ -297,7 +339,7 @@ class Board:
 
     async def _ask(self, name: str, arguments: Any, lifetime_s: float) -> bool:
         """Hand an order over; the role is checked here once more, on the server."""
-        if not self._operator:
+        if not self._operator or self._refused_in_past():
             return False
         try:
             taken = self._site.live.ask(name, arguments, self._who, lifetime_s)

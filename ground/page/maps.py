@@ -9,17 +9,13 @@ from typing import Any
 
 from ground.archive.read import newest_product, reading
 from ground.archive.schema import ArchiveError
-from ground.page import map_layers
+from ground.page import drawn, map_layers
 from ground.products import preview
 from ground.products.preview import Map, NoMapError
 from onboard.records import Gdem
 from protocol import WireError
 from protocol.bulk import Product
 from protocol.products import decode_ldem, poses_of
-from protocol.products.nsp import decode_nsp
-from protocol.products.way import decode_way
-
-_MOST_CANDIDATES = 6
 
 
 class Maps:
@@ -33,8 +29,7 @@ class Maps:
         self.gdem, self._archive, self._lock = gdem, archive, threading.Lock()
         self.revision = 0
         self._seen: map_layers.Seen | None = None
-        self._way: dict[str, Any] | None = None
-        self._choice: dict[str, Any] | None = None
+        self._drawn_trees: dict[str, Any] = dict.fromkeys(drawn.NAMES)
         self.trouble = ""
         self._picture = lru_cache(maxsize=16)(self._drawn)
 
@@ -44,7 +39,7 @@ class Maps:
             return
         try:
             with reading(self._archive) as db:
-                found = {name: newest_product(db, name) for name in ("ldem", "nsp", "way")}
+                found = {name: newest_product(db, name) for name in ("ldem", *drawn.NAMES)}
         except ArchiveError as error:
             self.trouble = str(error)
             return
@@ -62,12 +57,8 @@ class Maps:
                 fresh = map_layers.seen(decode_ldem(data), poses_of(data), utc_ns, self._seen)
                 with self._lock:
                     self._seen, self.revision = fresh, self.revision + 1
-            elif name == "way":
-                way = decode_way(data)
-                self._way = {"path": way.path, "beyond": way.beyond, "reason": way.reason, "rule": way.rule,
-                             "length_m": way.length_m, "time_s": way.time_s, "looks": way.looks, "utc_s": utc_ns / 1e9}
-            elif name == "nsp":
-                self._choice = _choice(data, utc_ns)
+            elif name in drawn.NAMES:
+                self._drawn_trees = {**self._drawn_trees, name: drawn.tree_of(name, data, utc_ns)}
         except WireError as error:
             self.trouble = f"{name}: {error}"
 
@@ -77,9 +68,9 @@ class Maps:
             found, revision = self._seen, self.revision
         ldem = None if found is None else {
             "bounds": map_layers.bounds(found.grid), "revision": revision, "utc_s": found.at_utc_ns / 1e9 or None,
-            "cells": list(found.product.heights_m.shape)}
+            "cells": list(found.product.heights_m.shape), "picture": f"/map/ldem.png?revision={revision}"}
         orbit = None if self.gdem is None else {"bounds": map_layers.bounds(self.gdem.grid)}
-        return {"ldem": ldem, "gdem": orbit, "way": self._way, "choice": self._choice, "trouble": self.trouble}
+        return {"ldem": ldem, "gdem": orbit, **self._drawn_trees, "trouble": self.trouble}
 
     def picture(self, revision: int, layer: str, now_utc_s: float) -> bytes:
         """Return a layer of the newest map as PNG. Raises LookupError without a map, ValueError for no such layer."""
@@ -117,12 +108,3 @@ class Maps:
                 "reason": made.reason, "leads": made.leads, "path": made.path.tolist(), "beyond": made.beyond.tolist(),
                 "warnings": [*told, *([flown.warning] if flown.warning else [])]}
 
-
-def _choice(data: bytes, utc_ns: int) -> dict[str, Any]:
-    """Return the newest decision with its candidates, for the page."""
-    told = decode_nsp(data)
-    places = [{"x_m": one.x_m, "y_m": one.y_m, "yaw_rad": one.heading_rad, "score": one.score,
-               "gain_term": one.gain_term, "distance_term": one.distance_term, "visibility": one.visibility,
-               "cost_m": one.cost_m} for one in told.places[:_MOST_CANDIDATES]]
-    return {"stop": told.stop, "kind": told.kind, "rule": told.rule, "reason": told.reason, "places": places,
-            "end": list(told.end), "utc_s": utc_ns / 1e9}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs
@@ -13,12 +13,14 @@ from fastapi import FastAPI, Request
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import FileResponse, HTMLResponse, JSONResponse, PlainTextResponse, RedirectResponse, Response
 
+from ground.archive.schema import ArchiveError
 from ground.page.access import Role, cookie_name, cookie_value, role_of_token
 from ground.page.acknowledged import Acknowledged
 from ground.page.guard import Gate
 from ground.page.live import Live
 from ground.page.maps import Maps
 from ground.page.orders import who
+from ground.page.replay import Replay
 from ground.page.stop import StopDesk
 from ground.page.view import view
 
@@ -35,6 +37,7 @@ class Site:
 
     secure: True if browsers come by https (a proxy): the cookie is then sent by https only.
     map_each_stop: True: the rover's map is fetched at each of its stops.
+    replay: reader of the archive's past runs.
     """
 
     gate: Gate
@@ -44,6 +47,10 @@ class Site:
     archive: str
     secure: bool = False
     map_each_stop: bool = False
+    replay: Replay = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.replay = Replay(Path(self.archive) if self.archive else None)
 
     def view(self) -> dict[str, Any]:
         """Return the view model now."""
@@ -135,6 +142,14 @@ def _pictures(app: FastAPI, site: Site) -> None:
         except (LookupError, ValueError) as error:
             return PlainTextResponse(f"{error}\n", status_code=404)
         return Response(data, media_type="image/png", headers={"cache-control": "no-cache"})
+
+    @app.get("/map/past.png")
+    async def past(product: int, layer: str = "height", utc_s: float = 0.0) -> Response:
+        try:
+            data = await run_in_threadpool(site.replay.picture, product, layer, utc_s)
+        except (LookupError, ValueError, ArchiveError) as error:
+            return PlainTextResponse(f"{error}\n", status_code=404)
+        return Response(data, media_type="image/png", headers={"cache-control": "private, max-age=60"})
 
     @app.get("/map/gdem.png")
     async def gdem() -> Response:

@@ -7,9 +7,9 @@ export function take(fresh) {
 }
 export const newest = () => tree;
 
-// Time since the tree arrived, s. A computer that slept stops performance.now, a clock set back stops Date: the larger.
+// Time since the tree arrived, s; 0 for a past run, whose time stands still. A computer that slept stops performance.now, a clock set back stops Date: the larger.
 export function waited_s() {
-  return tree ? Math.max(performance.now() - ticks, Date.now() - clock, 0) / 1000 : 0;
+  return tree && !tree.past ? Math.max(performance.now() - ticks, Date.now() - clock, 0) / 1000 : 0;
 }
 export function now_s() { return tree ? tree.now_s + waited_s() : 0; }
 export function age_s(at_s) { return at_s === null || at_s === undefined ? null : Math.max(0, now_s() - at_s); }

@@ -18,7 +18,9 @@ export default {
       if (!tree) return [];
       return tree.commands.slice().reverse().slice(0, 25).map((row) => {
         const begun = row.steps[0][1];
+        const last = row.steps.reduce((found, [, at], index) => (at === null ? found : index), 0);
         const steps = row.steps.map(([name, at], index) => {
+          if (at === null && index < last && name === "sent") return { name, at: "time not stored", kind: "untimed" };
           if (at === null) return { name, at: "", kind: row.final ? "skipped" : "open" };
           const since = index === 0 ? age_words(age_s(at)) + " ago" : "+" + (at - begun).toFixed(1) + " s";
           return { name, at: since, kind: index === 4 && !row.good ? "failed" : "reached" };

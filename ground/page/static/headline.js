@@ -31,6 +31,7 @@ export default {
       this.tick;
       const tree = newest();
       if (!tree) return { kind: "bad", text: "no data yet", age: "" };
+      if (tree.past) return { kind: "bad", text: "PAST RUN", age: tree.past };
       if (waited_s() > 3) return { kind: "bad", text: "SERVER SILENT", age: age_words(waited_s()) };
       const link = tree.link;
       const heard = age_s(link.heard_s);

@@ -1,6 +1,8 @@
 // The link: state, delay, what is on its way, transfers; and the clock of what the rover knew when.
 import { age_s, age_words, newest, unwatch, waited_s, watch } from "/static/ages.js";
 
+const heard_words = (link) => { const heard = age_s(link.heard_s); return heard === null ? "never" : age_words(heard) + " before"; };
+
 export default {
   template: `<div class="link-panel" :data-tick="tick">
     <p v-if="trouble" class="trouble" role="alert">{{ trouble }}</p>
@@ -22,6 +24,7 @@ export default {
     rows() {
       const link = this.link;
       if (!link) return [];
+      if (newest().past) return [["shown", "a past run: " + newest().past], ["last heard then", heard_words(link)], ["rover's boot", String(link.boot_id || "–")]];
       const refused = Object.entries(link.refused).map(([kind, n]) => kind + " " + n).join(", ") || "none";
       const heard = age_s(link.heard_s);
       return [["last heard", heard === null ? "never" : age_words(heard) + " ago"],

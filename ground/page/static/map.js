@@ -49,8 +49,9 @@ export default {
     load() {
       if (this.maps.gdem) this.picture("gdem", "/map/gdem.png");
       if (this.maps.ldem) {
-        const minute = this.layer === "age" ? "&minute=" + Math.floor(Date.now() / 60000) : "";
-        this.picture("ldem", "/map/ldem.png?layer=" + encodeURIComponent(this.layer) + "&revision=" + this.maps.ldem.revision + minute);
+        const tree = newest(), utc = tree && tree.utc_s ? tree.utc_s : 0;  // the picture of ages is made anew each minute
+        const age = this.layer === "age" ? "&utc_s=" + 60 * Math.floor(utc / 60) : "";
+        this.picture("ldem", this.maps.ldem.picture + "&layer=" + encodeURIComponent(this.layer) + age);
       }
     },
     // -- view
@@ -117,7 +118,8 @@ export default {
       this.paint_grid(g);
       this.line(g, this.trail, COLOURS.trail, 2.5, [], "#000");
       if (this.maps.way) { this.line(g, this.maps.way.beyond, COLOURS.beyond, 2.5, [7, 6]); this.line(g, this.maps.way.path, COLOURS.path, 3.5, [], "#000"); }
-      if (this.maps.choice) this.paint_choice(g, this.maps.choice);
+      if (this.maps.fences) for (const fence of this.maps.fences.fences) this.paint_fence(g, fence);
+      if (this.maps.nsp) this.paint_choice(g, this.maps.nsp);
       if (tree && tree.goal && tree.values.goal_x_m.live) this.cross(g, tree.goal, COLOURS.goal, "goal");
       if (this.plan) { this.line(g, this.plan.beyond, COLOURS.proposed, 2.5, [3, 6]); this.line(g, this.plan.path, COLOURS.proposed, 4, [10, 5], "#000"); }
       if (this.goalAsked) this.cross(g, this.goalAsked, COLOURS.proposed, "proposed goal");
@@ -157,8 +159,15 @@ export default {
       for (const [style, width] of [["#000", 6], [colour, 3]]) { g.strokeStyle = style; g.lineWidth = width; g.beginPath(); g.arc(px, py, 9, 0, 7); g.moveTo(px - 14, py); g.lineTo(px + 14, py); g.moveTo(px, py - 14); g.lineTo(px, py + 14); g.stroke(); }
       g.font = "12px system-ui, sans-serif"; this.text(g, words, px + 14, py - 10);
     },
+    paint_fence(g, fence) {
+      const out = fence.kind === "keep_out", corners = fence.corners.concat([fence.corners[0]]);
+      g.beginPath(); fence.corners.forEach((p, k) => { const [px, py] = this.px(p[0], p[1]); if (k) g.lineTo(px, py); else g.moveTo(px, py); }); g.closePath();
+      if (out) { g.fillStyle = "rgba(213,94,0,0.35)"; g.fill("evenodd"); }
+      this.line(g, corners, out ? "#ff9a4d" : "#3fc79a", 2.5, out ? [] : [9, 4], "#000");
+      const [px, py] = this.px(...fence.corners[0]); g.font = "600 11px system-ui, sans-serif"; this.text(g, (out ? "keep out: " : "goals within: ") + fence.name, px + 5, py - 5);
+    },
     paint_choice(g, choice) {
-      choice.places.forEach((one, k) => { const [px, py] = this.px(one.x_m, one.y_m); g.fillStyle = COLOURS.candidate; g.strokeStyle = "#000"; g.lineWidth = 1.5; g.beginPath(); g.arc(px, py, k ? 6 : 9, 0, 7); g.fill(); g.stroke(); g.font = "11px system-ui, sans-serif"; this.text(g, String(k + 1), px + 10, py + 4); });
+      choice.places.forEach((one, k) => { const [px, py] = this.px(one.x_m, one.y_m); g.fillStyle = COLOURS.candidate; g.strokeStyle = "#000"; g.lineWidth = 1.5; g.beginPath(); g.arc(px, py, k ? 6 : 9, 0, 7); g.fill(); g.stroke(); g.font = "11px system-ui, sans-serif"; this.text(g, k ? String(k + 1) : "1: gain " + one.gain_term.toFixed(2) + ", distance " + one.distance_term.toFixed(2), px + 12, py + 4); });
       const [px, py] = this.px(choice.end[0], choice.end[1]); g.strokeStyle = COLOURS.candidate; g.lineWidth = 2.5; g.beginPath(); g.arc(px, py, 12, 0, 7); g.stroke();
     },
     outline(g, pose, fill, stroke, dash) {
