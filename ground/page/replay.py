@@ -153,8 +153,8 @@ class Replay:
         with self._reading() as db:
             found = db.execute(
                 "select a.at_ns, a.value, b.value from items a join items b on b.name = 'y_m' and b.at_ns = a.at_ns "
-                "and b.run = a.run and b.onboard_ns = a.onboard_ns where a.name = 'x_m' and a.run = ? and a.filled is null "
-                "order by a.at_ns", (run,)).fetchall()
+                "and b.run = a.run and b.onboard_ns = a.onboard_ns where a.name = 'x_m' and a.run = ? and a.filled is "
+                "null order by a.at_ns", (run,)).fetchall()
         return np.array(_numbers(found), float).reshape(-1, 3)
 
     @contextmanager

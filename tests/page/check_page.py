@@ -1,116 +1,21 @@
-"""The operator's page in a real Chromium: `make test-page`. Screenshots and figures go to build/page, to be looked at.
+"""The operator's page in a real Chromium: `make test-page`. The suite of all tests does not collect this file.
 
 The rover is a toy on the wall clock behind a delay of 0.6 s each way. Times are measured and written to figures.json;
-the limits here are wide, as they must hold on a busy computer. The suite of all tests does not collect this file.
+the limits here are wide, as they must hold on a busy computer.
 """
 
-import json
 import os
-import shutil
-import socket
-import subprocess
-import sys
 import time
 import urllib.error
 import urllib.request
-from pathlib import Path
 
 import pytest
-from playwright.sync_api import expect, sync_playwright
+from playwright.sync_api import expect
 
-ROOT = Path(__file__).parents[2]
-OUT = ROOT / "build/page"
-CHROMIUM = os.environ.get("CHROMIUM") or shutil.which("chromium")
-WAIT_MS = 30_000
-FIGURES: dict[str, float] = {}
+from tests.page.seat import FIGURES, WAIT_MS, Seat, wait_for
+
 HOSTILE = ("<img src=x onerror=window.owned=1><script>window.owned=2</script>"
            "{{constructor.constructor('window.owned=3')()}}")
-
-
-class Served:
-    """The server's process."""
-
-    def __init__(self, folder: Path, port: int) -> None:
-        self.folder, self.port = folder, port
-        self.address = f"http://127.0.0.1:{port}"
-        self.start()
-
-    def start(self) -> None:
-        words = [sys.executable, str(ROOT / "tests/page/toy_page.py"), str(self.folder), str(self.port), "0.6"]
-        self._log = open(OUT / "server.log", "a")  # noqa: SIM115 - it lives as long as the process
-        self.process = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._log,
-                                        text=True)
-        assert self.process.stdout.readline() == "ready\n", (OUT / "server.log").read_text()[-2000:]
-
-    def order(self, line: str) -> None:
-        self.process.stdin.write(line + "\n")
-        self.process.stdin.flush()
-        assert self.process.stdout.readline() == f"done {line}\n"
-
-    def kill(self) -> None:
-        self.process.kill()
-        self.process.wait()
-
-    def token(self, role: str) -> str:
-        return json.loads((self.folder / "page-tokens.json").read_text())[role]
-
-
-def a_port() -> int:
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return one.getsockname()[1]
-
-
-@pytest.fixture(scope="module")
-def served(tmp_path_factory):
-    OUT.mkdir(parents=True, exist_ok=True)
-    (OUT / "server.log").write_text("")
-    made = Served(tmp_path_factory.mktemp("station"), a_port())
-    yield made
-    made.process.terminate()
-    assert made.process.wait(timeout=60) is not None
-    (OUT / "figures.json").write_text(json.dumps(FIGURES, indent=1))
-
-
-@pytest.fixture(scope="module")
-def browser():
-    if CHROMIUM is None:
-        pytest.fail("no chromium: apt-get install chromium, or name one with CHROMIUM=/path")
-    with sync_playwright() as play:
-        made = play.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield made
-        made.close()
-
-
-class Seat:
-    """One person at the page, with what the browser complained of and where it went."""
-
-    def __init__(self, browser, served, role="operator") -> None:
-        self.context = browser.new_context(viewport={"width": 1440, "height": 1000})
-        self.page, self.served = self.context.new_page(), served
-        self.page.set_default_timeout(WAIT_MS)
-        self.complaints: list[str] = []
-        self.requests: list[str] = []
-        self.page.on("console", lambda m: self.complaints.append(m.text) if m.type == "error" else None)
-        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        self.page.on("request", lambda one: self.requests.append(one.url))
-        self.page.goto(f"{served.address}/sign-in#{served.token(role)}")
-        self.page.wait_for_url(f"{served.address}/")
-        self.page.wait_for_selector(".headline .big")
-
-    def shot(self, name: str) -> None:
-        self.page.screenshot(path=OUT / f"{name}.png", full_page=True)
-
-
-@pytest.fixture
-def operator(browser, served):
-    seat = Seat(browser, served)
-    yield seat
-    seat.context.close()
-
-
-def wait_for(page, text, selector):
-    expect(page.locator(selector).filter(has_text=text).first).to_be_visible(timeout=WAIT_MS)
 
 
 def test_page_shows_the_rover_with_ages_and_asks_only_this_server(operator, served):
