@@ -85,6 +85,13 @@ test-sanitize: .venv/.project build/sanitize/.built ## kernel tests and fuzz und
 fuzz: .venv/.project .venv/.atheris ## hostile bytes at every door, looking at the code they reach: FUZZ_S seconds a door, DOORS="can link"; SEED=n
 	@$(FIXED) $(B)/python -m tests.fuzz $(DOORS) --seconds $(FUZZ_S) --seed $(SEED)
 
+.venv/.browser: .venv/.packages requirements-browser.lock
+	@$(B)/python -m pip install --quiet --disable-pip-version-check --no-deps --only-binary :all: --require-hashes -r requirements-browser.lock
+	@touch $@
+
+test-page: .venv/.project .venv/.browser ## the operator's page in a real Chromium, on a toy rover (minutes); ONLY="-k stop"; screenshots in build/page
+	@$(B)/python -m tests.page $(ONLY)
+
 lint: .venv/.project ## ruff, mypy --strict on protocol and onboard, import contracts
 	@$(B)/ruff check .
 	@$(B)/mypy
@@ -164,4 +171,4 @@ clean: ## remove build and .venv
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 16
 
-.PHONY: setup demo sim test test-missions test-scenarios test-vcan test-mutation test-sanitize fuzz lint bench bench-link soak missions nightly codec clients docs rover locks install uninstall deb size clean help
+.PHONY: setup demo sim test test-missions test-scenarios test-vcan test-mutation test-sanitize test-page fuzz lint bench bench-link soak missions nightly codec clients docs rover locks install uninstall deb size clean help

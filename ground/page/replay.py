@@ -38,7 +38,7 @@ class RunRow(NamedTuple):
     """One run of the archive.
 
     utc_ns: UTC of its beginning; 0: a run in lock-step, which has no UTC.
-    first_ns, last_ns: times of its first and last received value.
+    first_ns, last_ns: times of its first value, and of its last value or product.
     note: who ran it.
     """
 
@@ -76,7 +76,8 @@ class Replay:
             return []
         with self._reading() as db:
             found = db.execute(
-                "select r.run, r.utc_ns, min(i.at_ns), max(i.at_ns), r.note from items i join runs r on r.run = i.run "
+                "select r.run, r.utc_ns, min(i.at_ns), max(max(i.at_ns), ifnull((select max(p.at_ns) from products p "
+                "where p.run = r.run), 0)), r.note from items i join runs r on r.run = i.run "
                 "where i.name = 'mode' and i.filled is null group by r.run order by r.run desc limit ?",
                 (_MOST_RUNS,)).fetchall()
         return [RunRow(run, utc_ns, first, last, visible(str(note or ""))) for run, utc_ns, first, last, note in found
