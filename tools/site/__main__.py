@@ -3,7 +3,7 @@
     python -m tools.site                 build/site, from docs/
     python -m tools.site --out FOLDER    elsewhere, below a folder of its own
 
-Exit codes: 0 built and without a fault, 1 a fault of a page (each is named), 69 a part is not installed, 73 not writable.
+Exit codes: 0 built, 1 a fault of a page (each is named), 69 a part is not installed, 73 not writable, 130 Ctrl-C.
 """
 
 from __future__ import annotations
@@ -28,14 +28,10 @@ FAULTY, UNAVAILABLE, CANNOT_CREATE, INTERRUPTED = 1, 69, 73, 130
 
 
 def draw(sources: Iterable[str], store: Path) -> list[str]:
-    """Draw each Mermaid source into `store` as SVG, unless it is there; remove others. Returns what cannot be drawn."""
+    """Draw each Mermaid source into `store` as SVG, unless it is there. Returns what cannot be drawn, and why."""
     store.mkdir(parents=True, exist_ok=True)
-    wanted = {pages.diagram_name(source): source for source in sources}
-    for picture in store.glob("*.svg"):
-        if picture.name not in wanted:
-            picture.unlink()
     faults = []
-    for name, source in wanted.items():
+    for name, source in {pages.diagram_name(source): source for source in sources}.items():
         picture = store / name
         if picture.exists():
             continue
@@ -52,6 +48,14 @@ def draw(sources: Iterable[str], store: Path) -> list[str]:
     return faults
 
 
+def forget(sources: Iterable[str], store: Path) -> None:
+    """Remove the drawings in `store` that belong to none of these sources."""
+    wanted = {pages.diagram_name(source) for source in sources}
+    for picture in store.glob("*.svg"):
+        if picture.name not in wanted:
+            picture.unlink()
+
+
 def stage(docs: Path, work: Path, store: Path) -> list[str]:
     """Write the pages as the site has them below `work`. Returns the faults of navigation and diagrams."""
     texts = pages.read(docs)
@@ -60,8 +64,9 @@ def stage(docs: Path, work: Path, store: Path) -> list[str]:
     goal = work / "docs"
     shutil.rmtree(work, ignore_errors=True)
     shutil.copytree(docs, goal, ignore=shutil.ignore_patterns("*.md"))
+    titles = {name: pages.title(text) for name, text in texts.items()}
     for name, text in texts.items():
-        (goal / name).write_text(pages.staged(text), encoding="utf-8")
+        (goal / name).write_text(pages.staged(text, titles), encoding="utf-8")
     for name in pages.outside(texts.values()):
         (goal / pages.FILES / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, goal / pages.FILES / name)
@@ -98,6 +103,7 @@ def main(argv: list[str] | None = None) -> int:
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         faults = build(DOCS, out)
+        forget((source for text in pages.read(DOCS).values() for source in pages.diagrams(text)), DRAWN)
     except ModuleNotFoundError as error:
         print(f"site: {error.name} is not installed: run `make site`, which installs it", file=sys.stderr)
         return UNAVAILABLE

@@ -1,4 +1,4 @@
-"""Pages of the site from the pages of docs/: diagrams become pictures, files of the project outside docs/ are copied."""
+"""Pages of the site from those of docs/: diagrams become pictures, files of the project outside docs/ are copied."""
 
 from __future__ import annotations
 
@@ -6,10 +6,12 @@ import hashlib
 import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 FENCE = re.compile(r"^```mermaid\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 _OUTSIDE = re.compile(r"\]\(\.\./([^)#\s]+)\)")
 _HEADING = re.compile(r"^# (.+)$", re.MULTILINE)
+_BY_FILE = re.compile(r"\[([\w-]+\.md)\]\(\1\)")
 DIAGRAMS, FILES = "diagrams", "files"  # folders of the site
 
 
@@ -23,12 +25,21 @@ def diagram_name(source: str) -> str:
     return hashlib.sha256(source.encode()).hexdigest()[:16] + ".svg"
 
 
-def staged(text: str) -> str:
-    """Text of a page of the site: each Mermaid block is its picture, `../FILE` is `files/FILE`."""
-    title = _HEADING.search(text)
-    alternative = f"Diagram: {title[1] if title else 'untitled'}".replace("]", "")
+def title(text: str) -> str:
+    """First heading of a page; "untitled" if it has none."""
+    found = _HEADING.search(text)
+    return found[1].replace("]", "") if found else "untitled"
+
+
+def staged(text: str, titles: Mapping[str, str] = MappingProxyType({})) -> str:
+    """Text of a page of the site: each Mermaid block is its picture, `../FILE` is `files/FILE`.
+
+    titles: of the pages by their names; a link that shows a page's file name shows its title instead.
+    """
+    alternative = f"Diagram: {title(text)}"
     with_pictures = FENCE.sub(lambda found: f"![{alternative}]({DIAGRAMS}/{diagram_name(found[1])})", text)
-    return _OUTSIDE.sub(lambda found: f"]({FILES}/{found[1]})", with_pictures)
+    named = _BY_FILE.sub(lambda found: f"[{titles.get(found[1], found[1])}]({found[1]})", with_pictures)
+    return _OUTSIDE.sub(lambda found: f"]({FILES}/{found[1]})", named)
 
 
 def outside(texts: Iterable[str]) -> set[str]:
@@ -52,8 +63,8 @@ def unlisted(named: list[str], pages: Iterable[str]) -> list[str]:
     present = set(pages)
     faults = [f"{page}: in the navigation, but docs/ has no such page" for page in named if page not in present]
     faults += [f"{page}: not in the navigation (tools/site/zensical.toml)" for page in sorted(present - set(named))]
-    faults += [f"{page}: in the navigation {named.count(page)} times" for page in sorted({*named}) if named.count(page) > 1]
-    return faults
+    twice = [page for page in sorted({*named}) if named.count(page) > 1]
+    return faults + [f"{page}: in the navigation {named.count(page)} times" for page in twice]
 
 
 def read(docs: Path) -> dict[str, str]:
