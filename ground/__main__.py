@@ -15,7 +15,9 @@ from onboard import quiet_start  # first, before what takes long to load
 import signal
 import sqlite3
 import sys
+from importlib.metadata import version
 from pathlib import Path
+from typing import Annotated
 
 import typer
 
@@ -45,7 +47,21 @@ _CODES: tuple[tuple[type[Exception], int], ...] = (
 
 app = typer.Typer(
     help="Fly the rover over the space link.\n\nStart with `ground status`, then `ground goto 12 3`.",
-    add_completion=True, pretty_exceptions_enable=False,)
+    add_completion=True, pretty_exceptions_enable=False, rich_markup_mode=None,)
+
+
+def _show_version(asked: bool) -> None:
+    if asked:
+        line_out(f"ground {version('el-dorado')}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    shown: Annotated[bool, typer.Option("--version", callback=_show_version, is_eager=True,
+                                        help="Print the version and exit.")] = False,
+) -> None:
+    """Take the options that stand before a verb."""
 
 
 _OWN = {"goto", "status", "get", "keys_rotate"}
@@ -70,7 +86,7 @@ app.command(context_settings={"ignore_unknown_options": True},
 _families = table.add(app, [row for row in commands.TABLE if row.name not in _OWN], carry_out)
 app.add_typer(keys.app(_rotate), name="keys")
 contacts.add(_families["contacts"], lambda plan, station, as_json: leave(*ask(station, plan, as_json)), line_out)
-app.command(epilog="Examples: ground status | ground status --json")(own.status)
+app.command(epilog="Examples: ground status | ground status --all | ground status --json")(own.status)
 app.command(epilog="Examples: ground get ldem | ground get scan --out cloud.ply | "
                    "ground get record 120 130 slim")(own.get)
 app.command(epilog="Example: ground watch")(own.watch)

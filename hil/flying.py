@@ -32,8 +32,14 @@ SHOWN = (
     "goal_reached", "outcome", "distance_to_goal_m", "collisions", "scans", "replans", "way_m", "bench_s", "rtf",
     "replay", "link_datagrams", "link_lost", "onboard_peak_rss_mb",
 )
-EX_OK, EX_FAILED, EX_INTERRUPTED = 0, 1, 130
+EX_OK, EX_FAILED, EX_USAGE, EX_INTERRUPTED = 0, 1, 64, 130
+_PIPE_COLUMNS = 400
 EX_DATA, EX_NOINPUT, EX_UNAVAILABLE, EX_SOFTWARE, EX_CONFIG = 65, 66, 69, 70, 78
+
+
+def table_console() -> Console:
+    """Console for tables: as wide as the terminal; in a pipe so wide that each row is one line, for `grep`."""
+    return Console() if sys.stdout.isatty() else Console(width=_PIPE_COLUMNS)
 
 
 def fail(code: int, text: str) -> typer.Exit:
@@ -173,5 +179,5 @@ def show(facts: dict[str, Any], contacts: Sequence[Contact]) -> None:
     for key in SHOWN:
         table.add_row(key, str(facts[key]))
     table.add_row("scanner", after.scanner_line(facts["scanner"]))
-    Console().print(table)
+    table_console().print(table)
     print("\n".join(lines(contacts)))

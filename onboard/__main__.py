@@ -26,6 +26,7 @@ from onboard.command_line import (
     EX_NOINPUT,
     EX_SOFTWARE,
     EX_UNAVAILABLE,
+    EX_USAGE,
     fail,
     read_config,
 )
@@ -65,6 +66,7 @@ class Commands(click.Group):
 
 
 @click.group(cls=Commands)
+@click.version_option(package_name="el-dorado", prog_name="onboard", message="%(prog)s %(version)s")
 def app() -> None:
     """Flight program of a four-wheel-steered rover.
 
@@ -125,7 +127,10 @@ def main() -> None:
         faulthandler.enable()  # if a watchdog ends a hung tick (SIGABRT), the traceback shows the place
     if to_journal():
         sys.excepthook = say_error
-    app(prog_name="onboard")
+    try:
+        app(prog_name="onboard")
+    except SystemExit as ended:  # click ends an unknown option or a missing argument with 2, not as sysexits.h
+        raise SystemExit(EX_USAGE if ended.code == 2 else ended.code) from None
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ from protocol.bulk import Product
 from protocol.faults import named
 from protocol.modes import Mode, Phase
 from protocol.products.way import WayProduct, decode_way
-from protocol.telemetry import out_of_limits
+from protocol.telemetry import BY_NAME, out_of_limits
 
 WAY = "way"  # the product that answers a goto
 NAMED: dict[str, type[IntEnum]] = {"mode": Mode, "phase": Phase}
@@ -176,7 +176,16 @@ def item_words(name: str, value: float | None) -> str:
         return " ".join(named(int(value))) or "none"
     if name == "lease_station":
         return f"{value:g}" if value else "nobody"
-    return kind(int(value)).name if kind and int(value) in kind.__members__.values() else f"{value:g}"
+    if kind and int(value) in kind.__members__.values():
+        return kind(int(value)).name
+    return measured(value, BY_NAME[name].unit if name in BY_NAME else "")
+
+
+def measured(value: float, unit: str) -> str:
+    """Return a number with its unit as people read it: angles in degrees, ratios bare."""
+    if unit.startswith("rad"):
+        return f"{math.degrees(value):.4g}{unit.replace('rad', '°')}"
+    return f"{value:g} {unit}" if unit and unit != "1" else f"{value:g}"
 
 
 def _names(session: Session) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 from typing import Any, NoReturn
@@ -83,12 +84,17 @@ def _start(word: str) -> tuple[float, int]:
                              param_hint="--start")
 
 
+def _as_typed(text: str) -> str:
+    """Return an error text with the arguments' names as the help shows them: degrees where the table has radians."""
+    return re.sub(r"`(\w+)_rad(ps)?`", lambda found: f"`{found[1]}_deg{found[2] or ''}`", text)
+
+
 def plan_of(words: list[str], contact_s: float, timeout_s: float, lifetime_s: float = 60.0, start: str = "0") -> Plan:
     """Return the plan of a single command."""
     try:
         name, arguments = commands.parse(words)
     except ValueError as error:
-        raise typer.BadParameter(str(error)) from None
+        raise typer.BadParameter(_as_typed(str(error))) from None
     start_s, start_utc_ns = _start(start)
     step = Step(1, " ".join(words), "command", name, arguments, None, 0.0, start_s, start_utc_ns)
     return Plan((step,), contact_s=contact_s, limit_s=timeout_s, lifetime_s=lifetime_s)

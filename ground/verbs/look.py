@@ -16,6 +16,7 @@ from ground.archive import link_figures, read
 from ground.archive.checks import arguments_of
 from ground.archive.read import Chain, Span
 from ground.operation.operate import Plan, Teller, operate
+from ground.operation.show import measured
 from ground.station.settings import load_settings
 from ground.verbs import when
 from ground.verbs.options import (
@@ -34,6 +35,7 @@ from ground.verbs.options import (
 )
 from ground.verbs.screen import line_beside, line_out
 from ground.verbs.table import Contact, Json, StationFile
+from protocol import commands
 from protocol.modes import EVENTS, SEVERITIES
 from protocol.telemetry import BY_NAME
 from protocol.transactions import State
@@ -103,9 +105,20 @@ def _chain_json(chain: Chain) -> str:
                     "reports": reports})
 
 
+def argument_words(name: str, arguments: dict[str, Any]) -> str:
+    """Return the arguments of a request as people typed them: angles in degrees, other numbers in SI units."""
+    known = {argument.name: argument for row in commands.TABLE if row.name == name for argument in row.arguments}
+    words = []
+    for key, value in arguments.items():
+        if isinstance(value, float) and key in known and known[key].is_angle:
+            words.append(measured(value, known[key].unit))
+        else:
+            words.append(f"{value:g}" if isinstance(value, float) else str(value))
+    return " ".join(words)
+
+
 def _chain_line(chain: Chain) -> str:
-    words = " ".join(f"{value:g}" if isinstance(value, float) else str(value)
-                     for value in arguments_of(chain.arguments).values())
+    words = argument_words(chain.name, arguments_of(chain.arguments))
     text = chain.reports[-1][2] if chain.reports else "nothing heard of it"
     ways = " > ".join(dict.fromkeys(state.lower() for _, state, _ in chain.reports)) or "requested"
     by = f"  (by {chain.asked_by})" if chain.asked_by else ""

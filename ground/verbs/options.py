@@ -69,7 +69,7 @@ def confirm(what: str, yes: bool) -> None:
     if yes:
         return
     if not sys.stdin.isatty():
-        raise fail(USAGE, f"{what}: needs --yes where nobody can be asked")
+        raise fail(USAGE, f"{what}: no terminal to ask on: needs --yes")
     sys.stderr.write(f"{what}. Go on? [y/N] ")
     sys.stderr.flush()
     if sys.stdin.readline().strip().lower() not in ("y", "yes"):

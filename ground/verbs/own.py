@@ -12,6 +12,7 @@ import typer
 from ground.operation import show
 from ground.operation.operate import Plan
 from ground.operation.script import parse
+from ground.operation.status_words import status_lines
 from ground.products import files
 from ground.session.session import Session
 from ground.station.settings import NoStationError
@@ -40,13 +41,17 @@ def goto(
 
 
 def status(
-    timeout: Timeout = 60.0, contact: Contact = 20.0, station: StationFile = None, as_json: Json = False
-) -> None:
-    """Show the rover's mode, place and values, and the state of the link."""
+    every: Annotated[bool, typer.Option("--all", help="Every item of telemetry, and all of the link.")] = False,
+    timeout: Timeout = 60.0, contact: Contact = 20.0, station: StationFile = None, as_json: Json = False,
+) -> None:  # fmt: skip
+    """Show what the rover does, its place, goal and power, and the link."""
     code, session = ask(station, plan_of(["status"], contact, timeout), as_json)
     known: dict[str, Any] = show.status(session, session.heard_ns or 0)
     if as_json:
         line_out(json.dumps({"news": "status", **known}))
+    elif not every:
+        for line in status_lines(known["items"], known["link"]):
+            line_out(line)
     else:
         for name, item in known["items"].items():
             line_out(show.item_line(name, item))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, replace
@@ -15,14 +16,15 @@ from rich.text import Text
 
 from hil.bench.contacts import lines
 from hil.devices.lidar_errors import lidar_table
-from hil.flying import EX_CONFIG, EX_FAILED, EX_NOINPUT, EX_OK, EX_SOFTWARE, conclude, fail, fly, show
+from hil.flying import EX_CONFIG, EX_FAILED, EX_NOINPUT, EX_OK, EX_SOFTWARE, conclude, fail, fly, show, table_console
 from hil.rays.casters import CASTERS
 from hil.scenario.scenario import Scenario, load_scenario, paths_in
 from hil.watch.command import PORT, AfterOption, PortOption, WatchOption, check_film, film, shown
 from onboard.config import ConfigError, load, parse_override
 from protocol.visible import visible
 
-Name = Annotated[str, typer.Argument(metavar="SCENARIO", help="A name of `hil list`, or a TOML file.")]
+Name = Annotated[str, typer.Argument(metavar="SCENARIO", help="A name of `hil list`, or a TOML file.",
+                                     autocompletion=lambda incomplete: _names(incomplete))]
 LidarOption = Annotated[list[str] | None, typer.Option(
     metavar="KEY=VALUE", help="Of the scanner, over the scenario's [lidar] (docs/sensors.md); or a profile: ideal.",
 )]
@@ -133,7 +135,7 @@ def list_scenarios(as_json: AsJson = False) -> None:
     table = Table("name", "terrain", "ends", "what happens", box=None)
     for scenario in found:
         table.add_row(scenario.name, scenario.terrain, scenario.expect.ends, scenario.about)
-    Console().print(table)
+    table_console().print(table)
     print("more of one: hil explain NAME; fly it: hil run NAME")
 
 
@@ -142,16 +144,28 @@ def explain_scenario(scenario: Name) -> None:
     from hil.scenario.library import explain
 
     read = _read(scenario)
-    print(f"{read.name}: " + "\n".join(map(visible, explain(read))))
+    try:
+        told = list(explain(read))
+    except ConfigError as error:
+        raise fail(EX_CONFIG, f"{visible(scenario)}: {error}") from None
+    print(f"{read.name}: " + "\n".join(map(visible, told)))
+
+
+def _names(incomplete: str) -> list[str]:
+    from hil.scenario.library import names
+
+    return names(incomplete)
 
 
 def _read(name: str) -> Scenario:
-    from hil.scenario.library import find
+    from hil.scenario.library import find, names
 
     try:
         return load_scenario(find(name))
     except (FileNotFoundError, IsADirectoryError):
-        raise fail(EX_NOINPUT, f"no scenario {name}; the bench's own are in `hil list`") from None
+        near = difflib.get_close_matches(name, names(), n=1)
+        hint = f"did you mean {near[0]}? All" if near else "the bench's own"
+        raise fail(EX_NOINPUT, f"no scenario {name}; {hint} are in `hil list`") from None
     except ConfigError as error:
         raise fail(EX_CONFIG, str(error)) from None
 
@@ -166,4 +180,4 @@ def _tell(verdicts: list[dict[str, Any]]) -> None:
     for verdict in verdicts:
         kept = "[green]kept" if verdict["holds"] else "[red]broken"
         table.add_row(Text(visible(verdict["promise"])), kept, Text(visible(verdict["found"])))
-    Console().print(table)
+    table_console().print(table)

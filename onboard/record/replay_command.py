@@ -21,7 +21,7 @@ EXAMPLES = """\b
 Examples:
   onboard replay build/demo/onboard.mcap
   onboard replay --with-config new.toml build/demo/onboard.mcap
-  onboard replay --set motion.speed_mps=0.1 --json build/demo/onboard.mcap"""
+  onboard replay --set motion.cruise_mps=0.1 --json build/demo/onboard.mcap"""
 
 
 @click.command("replay", epilog=EXAMPLES)
