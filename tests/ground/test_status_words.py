@@ -13,7 +13,7 @@ from protocol.telemetry import TABLE
 
 LINK = {"heard_s_ago": 0.42, "rtt_s": 0.5, "contact": "no windows", "versions": "alike"}
 DEAF = {"heard_s_ago": None, "rtt_s": None, "contact": "no windows", "versions": "not known"}
-ITEMS = dict.fromkeys((row.name for row in TABLE)) | {
+ITEMS = dict.fromkeys(row.name for row in TABLE) | {
     "mode": float(Mode.AUTONOMOUS), "phase": float(Phase.DRIVING), "stop": 3.0, "faults": 0.0, "x_m": 3.0, "y_m": 4.5,
     "yaw_rad": math.pi / 2, "roll_rad": 0.1, "pitch_rad": -0.2, "sigma_position_m": 0.05, "goal_x_m": 8.0,
     "goal_y_m": 3.0, "goal_distance_m": 5.22, "voltage_v": 25.25, "charge_ratio": 0.87, "current_a": 3.5,
@@ -52,7 +52,8 @@ def _number(name):
 
 
 @pytest.mark.parametrize(("value", "unit", "words"), [
-    (math.pi, "rad", "180°"), (math.pi / 180, "rad/s", "1°/s"), (25.2, "V", "25.2 V"), (0.5, "1", "0.5"), (7.0, "", "7"),
+    (math.pi, "rad", "180°"), (math.pi / 180, "rad/s", "1°/s"),
+    (25.2, "V", "25.2 V"), (0.5, "1", "0.5"), (7.0, "", "7"),
 ])  # fmt: skip
 def test_numbers_have_their_units_and_angles_are_degrees(value, unit, words):
     assert measured(value, unit) == words
