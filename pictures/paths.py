@@ -28,6 +28,7 @@ class Ways:
     global_path, local_paths: planned paths.
     estimated, true: driven path.
     stops: (n, 2 or more) places of the stops.
+    earlier_goals: (m, 2) goals before the last one.
     """
 
     goal_m: tuple[float, float]
@@ -37,6 +38,7 @@ class Ways:
     estimated: F64 = field(default_factory=lambda: np.empty((0, 2)))
     true: F64 = field(default_factory=lambda: np.empty((0, 2)))
     stops: F64 = field(default_factory=lambda: np.empty((0, 2)))
+    earlier_goals: F64 = field(default_factory=lambda: np.empty((0, 2)))
 
 
 @drawn
@@ -78,6 +80,8 @@ def _lines(axes: Axes, ways: Ways) -> None:
 def _marks(axes: Axes, ways: Ways) -> None:
     goal = {"marker": "o", "color": RED, "markersize": 10, "markeredgecolor": "white", "linestyle": "none"}
     axes.plot(*ways.goal_m, label=f"goal, within {ways.tolerance_m:g} m", zorder=7, **goal)
+    if len(ways.earlier_goals):
+        axes.plot(*ways.earlier_goals.T, label="earlier goals", zorder=7, **{**goal, "markersize": 6})
     axes.add_patch(Circle(ways.goal_m, ways.tolerance_m, fill=False, color=RED, zorder=7))
     if len(ways.stops):
         style = {"marker": "s", "color": "white", "markeredgecolor": BLACK, "markersize": 6, "linestyle": "none"}
@@ -102,7 +106,8 @@ def spread(stops: F64) -> list[tuple[str, tuple[float, float]]]:
 
 def _window(ground: Ground, ways: Ways) -> tuple[float, float, float, float]:
     """Bounds of all lines with a margin, inside the ground; never narrower than 1 : 2."""
-    lines = [np.array([ways.goal_m, (0.0, 0.0)]), ways.global_path, ways.estimated, ways.true, *ways.local_paths]
+    lines = [np.array([ways.goal_m, (0.0, 0.0)]), ways.global_path, ways.estimated, ways.true, *ways.local_paths,
+             ways.earlier_goals]
     points = np.concatenate([line[:, :2] for line in lines if len(line)])
     left, bottom = points.min(axis=0) - _MARGIN_M
     right, top = points.max(axis=0) + _MARGIN_M

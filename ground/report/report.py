@@ -8,13 +8,15 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Sequence
+from datetime import UTC, datetime
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from ground.report import pictures as draw
 from ground.report.page import Section, facts, numbers, page, paragraph, picture, table, verdict
 from ground.report.run_files import Contact, Run, Told, read_run
-from ground.report.words import ALWAYS, CONTACTS, EXPECTED_REFUSAL, RULES, TICKS, WHEELS
+from ground.report.words import ALWAYS, CONTACTS, EXPECTED_REFUSAL, RIM, RULES, SIGMA, TICKS, TIME_LINE, WHEELS
 
 _TERRAINS = {"fbm": "fractal ground", "craters": "cratered ground", "real": "measured land", "flat": "flat ground"}
 _QUIET_EVENTS = ("PHASE", "DECISION")
@@ -47,14 +49,11 @@ def write_paths(folder: Path, file: Path, with_truth: bool = True) -> Path:
 def html(run: Run) -> str:
     """Return the page of a run."""
     title = f"Mission report: {_title(run)}"
-    ways = (
-        "The way from the start (0, 0) to the goal. The global path was planned on the orbiter's map; at each stop a "
-        "local path replaced it."
-    )
     sections = (
-        Section("Paths", picture(draw.paths_picture(run), ways)),
+        Section("Paths", picture(draw.paths_picture(run), _ways(run))),
         Section("Contacts", _contacts(run.contacts)),
         Section("The run", facts(_facts(run))),
+        Section("Time line", picture(draw.time_line_picture(run), TIME_LINE)),
         Section("Decisions, stop by stop", _decisions(run)),
         Section("What the rover knew at each stop", _maps(run)),
         Section("Orientation", picture(
@@ -81,7 +80,7 @@ def _title(run: Run) -> str:
 def _head(run: Run, title: str) -> str:
     known, head = run.facts, f"<h1>{title}</h1>\n"
     end = next((e for e in reversed(run.events) if e.name in ("ARRIVED", "FAILED")), None)
-    told = "the record ends before the mission does" if end is None else f"{end.name.lower()}: {end.text}"
+    told = "no mission has ended in this record" if end is None else f"{end.name.lower()}: {end.text}"
     if known:
         reached = bool(known.get("goal_reached"))
         words = [verdict(reached, "goal reached" if reached else "goal not reached")]
@@ -93,6 +92,11 @@ def _head(run: Run, title: str) -> str:
         words.insert(1, verdict(not run.contacts, _count(run.contacts)))
     head += f'<p>{" ".join(words)}</p>'
     head += paragraph(f"The rover's own word, by its own estimate: {told}.", "soft")
+    head += paragraph(_made(run), "soft")
+    if len(run.boots_s) > 1:
+        times = ", ".join(f"{time_s:.1f} s" for time_s in run.boots_s[1:])
+        head += paragraph(f"The flight program was started {len(run.boots_s)} times, again at {times}. The clock of each "
+                          "start begins at zero; here all starts are on one axis of time.", "soft")
     boxes = (
         ("true distance to the goal", "distance_to_goal_m", "{:.2f} m"), ("scans", "scans", "{}"),
         ("replans", "replans", "{}"), ("driven", "way_m", "{:.1f} m"),
@@ -101,11 +105,30 @@ def _head(run: Run, title: str) -> str:
     return head + numbers([(name, shape.format(known[key])) for name, key, shape in boxes if key in known])
 
 
+def _made(run: Run) -> str:
+    """Return version, commit and date."""
+    commit = run.versions.get("commit", "")
+    flown = f"flight program of commit {commit[:12]}" if commit else "flight program of an unknown commit"
+    written = datetime.fromtimestamp(run.written_utc_s, UTC)
+    return f"El Dorado {version('el-dorado')}, {flown}; record written on {written:%Y-%m-%d at %H:%M} UTC."
+
+
+def _ways(run: Run) -> str:
+    """Return the caption of the paths, of what is drawn only."""
+    words = ["The way from the start of the run."]
+    if any(len(plan.global_path) for _, plan in run.plans):
+        words.append("The global path was planned on the orbiter's map; at each stop a local path replaced it.")
+    if len({tuple(plan.goal_m.tolist()) for _, plan in run.plans}) > 1:
+        words.append("The rover was given several goals; the smaller dots are those before the last one.")
+    return " ".join(words)
+
+
 def _facts(run: Run) -> list[tuple[str, str]]:
     """Return names and values of the facts table; a fact that the run's files lack has no row."""
     known, ground = run.facts, run.facts.get("field", {})
     down, up = (known.get("link_by_direction", {}).get(name) for name in ("down", "up"))
     rows: list[tuple[str, Any]] = [
+        ("El Dorado, commit", f"{version('el-dorado')}, {run.versions.get('commit', 'unknown')}"),
         ("terrain, seed", _filled("{terrain}, {seed}", known)),
         ("ground", _filled("median slope {median_slope_deg:.1f}°, 95th percentile {p95_slope_deg:.1f}°", ground)),
         ("rocks", _filled("{rocks:.0f}, on {percent:.1f} % of the ground",
@@ -187,7 +210,7 @@ def _maps(run: Run) -> str:
         return ""
     caption = (
         "The local elevation map after the scans of each stop, in its four node sets; the star is where the rover goes "
-        "next, the wedge what it will look at from there."
+        "next, the wedge what it will look at from there. " + RIM
     )
     chosen = [
         picture(draw.choice_picture(run, plan), f"Stop {number}: where the strategy would scan next, and why there.")
@@ -200,7 +223,7 @@ def _maps(run: Run) -> str:
 def _motion(run: Run) -> str:
     body = ""
     if run.truth:
-        body = picture(draw.error_picture(run), "Where the rover believed itself to be, against where it was.")
+        body = picture(draw.error_picture(run), "Where the rover believed itself to be, against where it was. " + SIGMA)
     of = f"true speed, wheel rates and steering angles ({WHEELS})" if run.truth else "estimated speed"
     return body + picture(draw.motion_picture(run), f"Over bench time: {of}.")
 

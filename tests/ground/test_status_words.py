@@ -60,7 +60,7 @@ def test_numbers_have_their_units_and_angles_are_degrees(value, unit, words):
 
 
 def test_a_request_is_listed_in_the_degrees_that_were_typed():
-    assert argument_words("turn", {"angle_rad": math.radians(3.14)}) == "3.14°"
+    assert argument_words("turn", {"heading_rad": math.radians(3.14)}) == "3.14°"
     assert argument_words("goto", {"x_m": 3.0, "y_m": 1.0, "heading_rad": math.pi / 2}) == "3 1 90°"
     assert argument_words("of a later version", {"x_rad": 1.0}) == "1"
 
