@@ -34,6 +34,7 @@ from hil.flying import (
     show,
     table_console,
     waiting,
+    write_report,
 )  # fmt: skip
 from hil.lidar.command import EPILOG as LIDAR_EPILOG
 from hil.lidar.command import main as lidar_command
@@ -152,6 +153,8 @@ def sim(
 ) -> None:
     """Run bench, onboard and link in real time until Ctrl-C, for `ground` commands from another terminal.
 
+    Ctrl-C ends it with the report of the run; a second Ctrl-C leaves the report out.
+
     With --lidar ADDRESS or --can that device is real and the others are emulated; the run is not in lock-step then.
 
     Exit codes: 0 ended by Ctrl-C, 69 port in use or no such interface, 70 a process failed, 78 an error in --lidar.
@@ -167,12 +170,16 @@ def sim(
     if real or can:
         with shown(out, watch, port):
             fly_mixed(scenario, out, real, can)
+        write_report(out)
         return
     try:
         with shown(out, watch, port):
             result = fly(scenario, out, pace=1.0)
     except typer.Exit as ended:
-        raise typer.Exit(EX_OK if ended.exit_code == EX_INTERRUPTED else ended.exit_code) from None
+        if ended.exit_code != EX_INTERRUPTED:
+            raise
+        write_report(out)
+        return
     if result.error:
         raise fail(EX_SOFTWARE, f"after {result.bench_s:.1f} s of bench time: {result.error}")
 

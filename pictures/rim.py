@@ -19,10 +19,13 @@ COLOUR, NAME = "#efe3b0", "beside unknown ground"
 
 
 def rim(node_sets: U8, heights_m: F32, cell_m: float) -> Bool:
-    """Obstacle cells with unknown ground and no step of STEP_M within REACH_M. All arrays (rows, columns)."""
+    """Obstacle cells with unknown ground and no step of STEP_M within REACH_M. All arrays (rows, columns).
+
+    Ground beyond the grid is unknown.
+    """
     unknown = (node_sets == NodeSet.OUTSIDE) | (node_sets == NodeSet.OCCLUDED)
     near = _disk(max(1, round(REACH_M / cell_m)))
-    beside = ndimage.binary_dilation(unknown, near)
+    beside = ndimage.binary_dilation(unknown, near, border_value=1)
     stepped = ndimage.binary_dilation(_steps_m(heights_m) > STEP_M, near)
     return np.asarray((node_sets == NodeSet.OBSTACLE) & beside & ~stepped)
 

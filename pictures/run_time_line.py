@@ -17,7 +17,9 @@ from pictures.timelines import Span, phase_patches, shade
 
 BIN_S = 5.0  # of the link's rates
 _COLOURS = {"critical": PURPLE, "error": RED, "warning": ORANGE, "info": GREY, "debug": GREY}
-_MOST_NAMES = 14
+_NAMED = ("MODE", "ARRIVED", "FAILED")  # of the events that are no warnings
+_APART = 0.05  # least distance of two names in a row, as a share of the time line
+_LEAST_V = 1.0  # height of the row of the voltage
 _EMPTY = np.empty((0, 2))
 
 
@@ -57,7 +59,7 @@ def run_time_line(lines: Lines, marks: Sequence[Mark], spans: Sequence[Span], en
     _battery(battery, lines)
     _currents(currents, lines)
     _link(link, lines, end_s)
-    _events(events, marks)
+    _events(events, marks, max(end_s, 1.0))
     events.set_xlim(0.0, max(end_s, 1.0))
     events.set_xlabel("time, s")
     made.legend(handles=phase_patches(spans), loc="outside upper center", ncols=5)
@@ -67,6 +69,10 @@ def run_time_line(lines: Lines, marks: Sequence[Mark], spans: Sequence[Span], en
 def _battery(axes: Axes, lines: Lines) -> None:
     axes.set_ylabel("battery, V")
     axes.plot(*lines.voltage_v.T, color=BLACK, linewidth=1.3)
+    if len(lines.voltage_v):
+        low, high = lines.voltage_v[:, 1].min(), lines.voltage_v[:, 1].max()
+        half = max(_LEAST_V, 1.1 * (high - low)) / 2
+        axes.set_ylim((low + high) / 2 - half, (low + high) / 2 + half)
     if len(lines.charge_ratio):
         charge = axes.twinx()
         charge.plot(lines.charge_ratio[:, 0], 100 * lines.charge_ratio[:, 1], color=BLUE, linewidth=1.3)
@@ -93,8 +99,8 @@ def _link(axes: Axes, lines: Lines, end_s: float) -> None:
     axes.legend(loc="upper right", ncols=2, fontsize=8)
 
 
-def _events(axes: Axes, marks: Sequence[Mark]) -> None:
-    """One row a severity; names of the gravest, as many as can be read."""
+def _events(axes: Axes, marks: Sequence[Mark], end_s: float) -> None:
+    """One row a severity; names of warnings, and of the events that begin or end a mission, as far as there is room."""
     rows = [severity for severity in _COLOURS if any(mark.severity == severity for mark in marks)]
     axes.set_yticks(range(len(rows)), rows)
     axes.set_ylim(-0.6, max(len(rows), 1) - 0.4)
@@ -104,7 +110,13 @@ def _events(axes: Axes, marks: Sequence[Mark]) -> None:
         if mark.severity in rows:
             axes.plot(mark.time_s, rows.index(mark.severity), "|", color=_COLOURS[mark.severity], markersize=16,
                       markeredgewidth=2)
-    named = sorted((m for m in marks if m.severity in rows), key=lambda mark: rows.index(mark.severity))[:_MOST_NAMES]
-    for mark in named:
-        axes.annotate(literal(mark.name), (mark.time_s, rows.index(mark.severity)), xytext=(3, 1),
-                      textcoords="offset points", fontsize=7, rotation=18, va="bottom")
+    last_s: dict[str, float] = {}
+    for mark in sorted(marks):
+        unnamed = mark.severity not in rows or (mark.severity in ("info", "debug") and mark.name not in _NAMED)
+        near = mark.time_s - last_s.get(mark.severity, -end_s) < _APART * end_s
+        if unnamed or near:
+            continue
+        last_s[mark.severity] = mark.time_s
+        late = mark.time_s > 0.85 * end_s
+        axes.annotate(literal(mark.name), (mark.time_s, rows.index(mark.severity)), xytext=(-3 if late else 3, 1),
+                      textcoords="offset points", fontsize=7.5, va="bottom", ha="right" if late else "left")

@@ -55,6 +55,8 @@ def news_json(news: News) -> str:
             tree |= {"at_ns": at_ns, **product._asdict(), "data": len(product.data)}
         case _:
             tree |= news._asdict()
+    if tree.get("name") in NAMED and "value" in tree:
+        tree["word"] = item_words(tree["name"], _plain(tree["value"]))
     return json.dumps({key: _plain(item) for key, item in tree.items()})
 
 
@@ -137,7 +139,8 @@ def status(session: Session, now_ns: int) -> dict[str, Any]:
             "contact": contact_words(session, now_ns), "clock": clock_words(session, now_ns),
             "clock_error_s": None if clock is None or clock.error_ns is None else clock.error_ns / 1e9,
             "versions": session.mismatch or ("alike" if session.versions else "not known")}
-    return {"items": {name: _plain(item.value) for name, item in session.items.items()}, "link": link}
+    items = {name: _plain(item.value) for name, item in session.items.items()}
+    return {"items": items, "words": {name: item_words(name, items.get(name)) for name in NAMED}, "link": link}
 
 
 def item_line(name: str, value: float | None) -> str:

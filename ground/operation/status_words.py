@@ -48,10 +48,10 @@ def _place(items: Items) -> str:
     x_m, y_m, yaw_rad = (items.get(name) for name in ("x_m", "y_m", "yaw_rad"))
     if x_m is None or y_m is None or yaw_rad is None:
         return _UNKNOWN
-    words = [f"x {x_m:.2f} m, y {y_m:.2f} m, heading {math.degrees(yaw_rad):.0f}°"]
+    words = [f"x {x_m:.2f} m, y {y_m:.2f} m, heading {round(math.degrees(yaw_rad))}°"]
     if (sigma_m := items.get("sigma_position_m")) is not None:
         words.append(f"1 sigma {sigma_m:.2f} m")
-    tilt = [f"{name} {math.degrees(angle):.0f}°" for name in ("roll", "pitch")
+    tilt = [f"{name} {round(math.degrees(angle))}°" for name in ("roll", "pitch")
             if (angle := items.get(f"{name}_rad")) is not None]
     if (speed_mps := items.get("speed_mps")) is not None:
         tilt.append(f"{speed_mps:.2f} m/s")

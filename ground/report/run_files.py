@@ -209,7 +209,7 @@ class _Content:
             self.heard.out_link(time_s, data)
         elif topic == "/in/link":
             self.heard.in_link(time_s, data)
-        elif sequence % EVERY == 0:
+        else:
             self.heard.in_can(time_s, data)
 
 

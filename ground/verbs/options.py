@@ -13,6 +13,7 @@ import typer
 
 from ground.archive.read import Span
 from ground.archive.schema import ArchiveError
+from ground.operation.way_out import shorter
 from ground.station.settings import load_settings
 from ground.verbs import when
 from ground.verbs.screen import line_beside
@@ -88,4 +89,4 @@ def check_items(names: Iterable[str]) -> tuple[str, ...]:
     try:
         return tuple(named(name, BY_NAME, "item") for name in names)
     except ValueError as error:
-        raise typer.BadParameter(str(error)) from None
+        raise typer.BadParameter(shorter(str(error))) from None

@@ -3,9 +3,11 @@
 import math
 import re
 import shutil
+import struct
 import zipfile
 from dataclasses import replace
 from html import escape
+from importlib.metadata import version
 
 import numpy as np
 import pytest
@@ -16,12 +18,16 @@ from typer.testing import CliRunner
 
 from ground.report import run_files
 from ground.report.report import html, report
+from ground.report.telemetry import Collector
 from ground.report.run_files import NoRunError, Told, angles_rad, read_run, spans_of
 from ground.report.words import EXPECTED_REFUSAL, RULES
 from ground.verbs.report import report_command
 from hil.records import Touch
 from onboard.planning import mission_rule
 from onboard.records import Pose
+from protocol import eldorado_dialect as dialect
+from protocol.can_codec import TABLE
+from protocol.link import Kind
 
 
 @pytest.fixture(scope="module")
@@ -109,7 +115,7 @@ def bundle(*messages):
 
 def test_telemetry_currents_and_bytes_of_a_record_become_lines():
     heard, mavlink = Collector(), dialect.MAVLink(None)
-    sent = telemetry_of(mavlink, voltage_v=25.5)
+    sent = [mavlink.sys_status_encode(0, 0, 0, 100, 25_500, 210, 80, 0, 0, 0, 0, 0, 0).pack(mavlink)]
     heard.out_link(3.0, bundle(*sent, b"noise"))
     status = TABLE[0x1A2].encode(1.25, 0.0, 20, 0, 0)
     heard.in_can(4.0, struct.pack("<qHB", 0, 0x1A2, 8) + status)

@@ -27,6 +27,10 @@ def test_five_lines_say_what_it_does_where_it_is_and_how_it_is():
     assert "5.22 m away" in goal and "25.2 V, 87 % left" in power and "heard 0.4 s ago" in link
 
 
+def test_a_small_angle_has_no_sign():
+    assert "-0" not in status_lines(ITEMS | {"roll_rad": -0.001, "yaw_rad": -0.001, "pitch_rad": -0.002}, LINK)[1]
+
+
 def test_nothing_heard_is_five_lines_without_a_digit():
     lines = status_lines(dict.fromkeys(ITEMS), DEAF)
     assert len(lines) == 5 and not any(sign.isdigit() for line in lines for sign in line)
