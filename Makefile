@@ -23,13 +23,13 @@ FIXED := PYTHONHASHSEED=0 OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 
 .venv/.packages: requirements.lock tools/check_system.sh
 	@sh tools/check_system.sh "$(PYTHON)"
-	@echo "setting up .venv: once, some 400 MB of downloads, a minute or two"
+	@echo "setting up .venv: once, some 400 MB of downloads; a minute or two, on a slow machine four, without a word"
 	@$(PYTHON) -m venv --clear .venv
 	@$(B)/python -m pip install --quiet --disable-pip-version-check --only-binary :all: --require-hashes -r requirements.lock
 	@touch $@
 
 .venv/.project: .venv/.packages $(NATIVE)
-	@echo "building and installing the project"
+	@echo "building and installing the project: a minute, on a slow machine three"
 	@$(B)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --editable .
 	@$(B)/python -m compileall -q protocol onboard hil ground pictures
 	@touch $@

@@ -62,8 +62,10 @@ def line(progress: Progress, wall_s: float, live: bool = False, said: str = "") 
     rtf = progress.now_s / wall_s if wall_s > 0 else 0.0
     link = f"link {progress.link.get('received', 0)}/{progress.link.get('sent', 0)}" if progress.link else ""
     contacts = f"  contacts {len(progress.contacts)}" if progress.contacts else ""
+    width = _DOING_COLUMNS if said else 8
     return Text(
-        f"{progress.now_s:6.1f} s  x{rtf:4.1f}  {doing:{_DOING_COLUMNS if said else 8}}  scan {progress.sweeps:2d}  driven {progress.way_m:4.1f} m  "
+        f"{progress.now_s:6.1f} s  x{rtf:4.1f}  {doing:{width}}  scan {progress.sweeps:2d}  "
+        f"driven {progress.way_m:4.1f} m  "
         + ("" if live else f"to go {progress.distance_to_goal_m:5.2f} m  ") + link + contacts
     )
 

@@ -51,7 +51,7 @@ def link(sent: Mapping[str, int], lost: Mapping[str, Mapping[str, int]]) -> Figu
 
 
 class Sigma(NamedTuple):
-    """The rover's own 1 sigma over time: rows (k, 2) of time in s and position in m, and of time in s and yaw in rad."""
+    """The rover's own 1 sigma over time, rows (k, 2) of time in s and value."""
 
     position_m: F64
     yaw_rad: F64

@@ -7,6 +7,7 @@ import math
 from enum import IntEnum
 from typing import Any
 
+from ground.session.event_words import event_words
 from ground.session.news import EventHeard, News, ProductHeard, Progress, ReportHeard
 from ground.session.schedule import utc_words
 from ground.session.session import Session
@@ -30,9 +31,9 @@ def news_line(news: News) -> str | None:
     """Return one line of text; None for items, which the status line shows."""
     match news:
         case EventHeard(at_ns, onboard_ns, _, severity, name, text):
-            return f"{clock(at_ns)}  {severity:8}  {name}: {text}  (onboard {onboard_ns / 1e9:.2f} s)"
+            return f"{clock(at_ns)}  {severity:8}  {name}: {event_words(text)}  (onboard {onboard_ns / 1e9:.2f} s)"
         case ReportHeard(at_ns, name, report):
-            words = f": {report.text}" if report.text else ""
+            words = f": {event_words(report.text)}" if report.text else ""
             return f"{clock(at_ns)}  command   {name} #{report.request_id} {report.state.name.lower()}{words}"
         case ProductHeard(at_ns, product) if product.name == WAY:
             return f"{clock(at_ns)}  way       {_way_or_why_not(product.data)}"

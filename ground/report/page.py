@@ -103,7 +103,9 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[str]], hashes: bool = Fa
         if hashes:
             cells[-1] = f'<span class="hash">{cells[-1]}</span>'
         body += "<tr>" + "".join(f'<td{_SHORT if len(c) <= 18 else ""}>{c}</td>' for c in cells) + "</tr>\n"
-    return f'<div class="wide"><table><thead><tr>{top}</tr></thead><tbody>\n{body}</tbody></table></div>\n' if rows else ""
+    if not rows:
+        return ""
+    return f'<div class="wide"><table><thead><tr>{top}</tr></thead><tbody>\n{body}</tbody></table></div>\n'
 
 
 def picture(png: bytes, caption: str) -> str:

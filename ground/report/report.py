@@ -17,6 +17,7 @@ from ground.report import pictures as draw
 from ground.report.page import Section, facts, numbers, page, paragraph, picture, table, verdict
 from ground.report.run_files import Contact, Run, Told, read_run
 from ground.report.words import ALWAYS, CONTACTS, EXPECTED_REFUSAL, RIM, RULES, SIGMA, TICKS, TIME_LINE, WHEELS
+from ground.session.event_words import event_words
 
 _TERRAINS = {"fbm": "fractal ground", "craters": "cratered ground", "real": "measured land", "flat": "flat ground"}
 _QUIET_EVENTS = ("PHASE", "DECISION")
@@ -80,7 +81,7 @@ def _title(run: Run) -> str:
 def _head(run: Run, title: str) -> str:
     known, head = run.facts, f"<h1>{title}</h1>\n"
     end = next((e for e in reversed(run.events) if e.name in ("ARRIVED", "FAILED")), None)
-    told = "no mission has ended in this record" if end is None else f"{end.name.lower()}: {end.text}"
+    told = "no mission has ended in this record" if end is None else _end_words(end)
     if known:
         reached = bool(known.get("goal_reached"))
         words = [verdict(reached, "goal reached" if reached else "goal not reached")]
@@ -95,14 +96,20 @@ def _head(run: Run, title: str) -> str:
     head += paragraph(_made(run), "soft")
     if len(run.boots_s) > 1:
         times = ", ".join(f"{time_s:.1f} s" for time_s in run.boots_s[1:])
-        head += paragraph(f"The flight program was started {len(run.boots_s)} times, again at {times}. The clock of each "
-                          "start begins at zero; here all starts are on one axis of time.", "soft")
+        head += paragraph(f"The flight program was started {len(run.boots_s)} times, again at {times}. The clock of "
+                          "each start begins at zero; here all starts are on one axis of time.", "soft")
     boxes = (
         ("true distance to the goal", "distance_to_goal_m", "{:.2f} m"), ("scans", "scans", "{}"),
         ("replans", "replans", "{}"), ("driven", "way_m", "{:.1f} m"),
         ("bench time", "bench_s", "{:.0f} s"), ("times real time", "rtf", "{:.1f}"),
     )
     return head + numbers([(name, shape.format(known[key])) for name, key, shape in boxes if key in known])
+
+
+def _end_words(end: Told) -> str:
+    """Return the end of a mission in words: `arrived, 1 cm off`."""
+    text = event_words(end.text)
+    return text if text.startswith(f"{end.name.lower()}, ") else f"{end.name.lower()}: {text}"
 
 
 def _made(run: Run) -> str:
@@ -139,7 +146,7 @@ def _facts(run: Run) -> list[tuple[str, str]]:
         ("sensor noise", known.get("sensor_noise")),
         ("goal", "x {:.2f} m, y {:.2f} m".format(*known["goal_m"]) if "goal_m" in known else None),
         ("true distance to the goal, from the bench", _filled("{distance_to_goal_m:.3f} m", known)),
-        ("the rover's own word, by its estimate", known.get("outcome")),
+        ("the rover's own word, by its estimate", event_words(str(known.get("outcome", "")))),
         ("strategy", known.get("strategy")),
         ("scans, replans", _filled("{scans}, {replans}", known)),
         ("driven way", _filled("{way_m:.1f} m", known)),
@@ -193,12 +200,14 @@ def _contacts(contacts: Sequence[Contact] | None) -> str:
 
 def _decisions(run: Run) -> str:
     rows = [
-        (str(number), f"{time_s:.1f} s", f"({plan.pose[0]:.2f}, {plan.pose[1]:.2f})", plan.kind, plan.rule, plan.reason)
+        (str(number), f"{time_s:.1f} s", f"({plan.pose[0]:.2f}, {plan.pose[1]:.2f})", plan.kind, plan.rule,
+         event_words(plan.reason))
         for number, (time_s, plan) in enumerate(run.plans, 1)
     ]
     if not rows:
         told = (event for event in run.events if event.name == "DECISION")
-        rows = [("", f"{event.time_s:.1f} s", "", "", (event.text.split() or ["?"])[0], event.text) for event in told]
+        rows = [("", f"{event.time_s:.1f} s", "", "", (event.text.split() or ["?"])[0], event_words(event.text))
+                for event in told]
     told = " ".join(" ".join(row[4:]) for row in rows)
     occur = [rule for rule in RULES if rule in ALWAYS or re.search(rf"\b{rule}\b", told)]
     rules = [(f"{rule} {RULES[rule][0]}", RULES[rule][1]) for rule in occur]
@@ -263,7 +272,8 @@ def _rhythm(rhythm: dict[str, Any]) -> str:
 
 
 def _events(events: Sequence[Told]) -> str:
-    rows = [(f"{e.time_s:.2f} s", e.severity, e.name, e.text) for e in events if e.name not in _QUIET_EVENTS]
+    rows = [(f"{e.time_s:.2f} s", e.severity, e.name, event_words(e.text))
+            for e in events if e.name not in _QUIET_EVENTS]
     refused = any(e.name == "REGISTRATION_REFUSED" for e in events)
     return table(("time", "severity", "event", "text"), rows) + (paragraph(EXPECTED_REFUSAL, "soft") if refused else "")
 

@@ -17,6 +17,7 @@ from ground.archive.checks import arguments_of
 from ground.archive.read import Chain, Span
 from ground.operation.operate import Plan, Teller, operate
 from ground.operation.show import measured
+from ground.session.event_words import event_words
 from ground.station.settings import load_settings
 from ground.verbs import when
 from ground.verbs.options import (
@@ -80,7 +81,7 @@ def _event_json(row: dict[str, Any], zeros: dict[int, int]) -> str:
 
 def _event_line(row: dict[str, Any], zeros: dict[int, int]) -> str:
     mark = "; filled in later" if row["filled"] else ""
-    return (f"{when.told(row['utc_ns'])}  {row['severity']:8}  {row['name']}: {row['text']}  "
+    return (f"{when.told(row['utc_ns'])}  {row['severity']:8}  {row['name']}: {event_words(row['text'])}  "
             f"({when.onboard(row['onboard_ns'], zeros.get(row['boot_id']))}{mark})")
 
 

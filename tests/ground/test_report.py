@@ -18,8 +18,8 @@ from typer.testing import CliRunner
 
 from ground.report import run_files
 from ground.report.report import html, report
-from ground.report.telemetry import Collector
 from ground.report.run_files import NoRunError, Told, angles_rad, read_run, spans_of
+from ground.report.telemetry import Collector
 from ground.report.words import EXPECTED_REFUSAL, RULES
 from ground.verbs.report import report_command
 from hil.records import Touch

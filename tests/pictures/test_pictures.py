@@ -257,7 +257,7 @@ def test_a_predicted_way_shows_what_is_driven_what_is_hoped_for_and_the_sets():
     made = way(Sets(GRID, HEIGHTS, sets), LINE[:20], LINE[20:, :2], (10.0, 2.0), "predicted 10 m")
     assert size(png(made))[0] == 1050
     names = {"hoped for, not seen yet", "to be driven", "rover", "goal"}
-    assert legend(made) == names | {"outside", "occluded", "obstacle", "free"}
+    assert legend(made) == names | {"outside", "occluded", "obstacle", "free", NAME}
     assert "hoped for, not seen yet" not in legend(way(Sets(GRID, HEIGHTS, sets), LINE, LINE[:0, :2], (10, 2), ""))
 
 
