@@ -57,6 +57,20 @@ class Commands(click.Group):
         command: click.Command = resolve_name(COMMANDS[cmd_name])
         return command
 
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """See click.Group. The error for an unknown command names the one most like it."""
+        try:
+            return super().resolve_command(ctx, args)
+        except click.UsageError as error:
+            from difflib import get_close_matches  # needed only after a typing error
+
+            near = get_close_matches(args[0], self.list_commands(ctx), 1)
+            if near:
+                error.message += f" Did you mean '{near[0]}'?"
+            raise
+
     def invoke(self, ctx: click.Context) -> object:
         """Run click.Group.invoke; raise exit code 130 at Ctrl-C."""
         try:

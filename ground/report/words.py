@@ -31,8 +31,8 @@ TICKS = (
 WHEELS = "wheel 1 front left, 2 rear left, 3 rear right, 4 front right"
 TIME_LINE = (
     "Battery, currents, link and events over the seconds of the run; the bands are the mission's phases. Currents of "
-    "the wheels are those of their drive motors. The link's rates are means over 5 s, of what the rover sent, whether it "
-    "arrived or not, and of what reached the rover."
+    "the wheels are those of their drive motors. The link's rates are means over 5 s, of what the rover sent, whether "
+    "it arrived or not, and of what reached the rover."
 )
 SIGMA = (
     "The blue band is twice the rover's own 1 sigma: an error outside of it is larger than the rover would have told."

@@ -38,7 +38,9 @@ def test_a_refusal_of_another_kind_is_passed_on():
     assert refusal_words("goto", "keep-out 3") == "goto was refused: keep-out 3"
 
 
-@pytest.mark.parametrize(("name", "likely"), [("volts", "voltage_v"), ("VOLTAGE", "voltage_v"), ("sigma_ya", "sigma_yaw_rad")])
+@pytest.mark.parametrize(("name", "likely"), [
+    ("volts", "voltage_v"), ("VOLTAGE", "voltage_v"), ("sigma_ya", "sigma_yaw_rad"),
+])  # fmt: skip
 def test_an_item_that_is_none_is_answered_by_those_like_it(name, likely):
     assert f"`{likely}`" in near_names(name, BY_NAME)
 
