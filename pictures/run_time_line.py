@@ -86,7 +86,7 @@ def _currents(axes: Axes, lines: Lines) -> None:
     for number, (rows, look) in enumerate(zip(lines.wheel_currents_a, WHEEL_LINES), 1):
         axes.plot(*rows.T, label=f"wheel {number}", **{**look, "linewidth": look["linewidth"] * 0.6})
     axes.plot(*lines.current_a.T, color=BLUE, linewidth=1.3, label="battery")
-    axes.legend(loc="upper right", ncols=5, fontsize=8)
+    _legend_above(axes, 5)
 
 
 def _link(axes: Axes, lines: Lines, end_s: float) -> None:
@@ -96,7 +96,14 @@ def _link(axes: Axes, lines: Lines, end_s: float) -> None:
         bits, _ = np.histogram(rows[:, 0], edges, weights=rows[:, 1])
         axes.stairs(bits / BIN_S / 1e3, edges, color=colour, linewidth=1.4, label=name)
     axes.set_ylim(bottom=0)
-    axes.legend(loc="upper right", ncols=2, fontsize=8)
+    _legend_above(axes, 2)
+
+
+def _legend_above(axes: Axes, columns: int) -> None:
+    """Legend in a band above the lines, which it does not cover."""
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.3 * (high - low))
+    axes.legend(loc="upper right", ncols=columns, fontsize=8)
 
 
 def _events(axes: Axes, marks: Sequence[Mark], end_s: float) -> None:

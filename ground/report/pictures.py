@@ -105,12 +105,15 @@ def motion_picture(run: Run) -> bytes:
     ))
 
 
-def _goal(run: Run) -> tuple[float, float]:
+def _goal(run: Run) -> tuple[float, float] | None:
+    """Return the last goal: of the plans, of the bench, or of the telemetry; None if none of them has one."""
     if run.plans:
         x, y = run.plans[-1][1].goal_m
         return float(x), float(y)
-    goal = run.facts.get("goal_m", (0.0, 0.0))
-    return float(goal[0]), float(goal[1])
+    if (goal := run.facts.get("goal_m")) is not None:
+        return float(goal[0]), float(goal[1])
+    east, north = run.heard.item("goal_x_m"), run.heard.item("goal_y_m")
+    return (float(east[-1, 1]), float(north[-1, 1])) if len(east) and len(north) else None
 
 
 def _earlier_goals(run: Run) -> F64:

@@ -16,7 +16,7 @@ from mcap.writer import Writer
 from synthetic_run import GOAL, write_run, write_truth
 from typer.testing import CliRunner
 
-from ground.report import run_files
+from ground.report import pictures, run_files
 from ground.report.report import html, report
 from ground.report.run_files import NoRunError, Told, angles_rad, read_run, spans_of
 from ground.report.telemetry import Collector
@@ -35,6 +35,11 @@ def folder(tmp_path_factory):
     made = tmp_path_factory.mktemp("run")
     write_run(made)
     return made
+
+
+def written(folder):
+    write_run(folder, ground=False, bench=False, step=50)
+    return folder
 
 
 @pytest.fixture(scope="module")
@@ -225,6 +230,14 @@ def test_without_truth_the_page_shows_only_what_the_rover_knew(tmp_path):
     assert "estimated speed" in page
     assert "against where it was" not in page
     assert page.count("<img") == 8
+
+
+def test_without_a_goal_none_is_drawn(tmp_path):
+    run = replace(read_run(written(tmp_path)), plans=(), facts={})
+    assert pictures._goal(run) is None
+    run.heard._items.update(goal_x_m=[(1.0, 8.0)], goal_y_m=[(1.0, 3.0)])
+    assert pictures._goal(run) == (8.0, 3.0)
+    assert html(replace(run, heard=Collector())).count("<img") > 3
 
 
 def test_a_record_alone_is_enough(tmp_path):
