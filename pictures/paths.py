@@ -107,8 +107,8 @@ def spread(stops: F64) -> list[tuple[str, tuple[float, float]]]:
 
 def _window(ground: Ground, ways: Ways) -> tuple[float, float, float, float]:
     """Bounds of all lines with a margin, inside the ground; never narrower than 1 : 2."""
-    lines = [np.array([ways.goal_m or (0.0, 0.0), (0.0, 0.0)]), ways.global_path, ways.estimated, ways.true, *ways.local_paths,
-             ways.earlier_goals]
+    lines = [np.array([ways.goal_m or (0.0, 0.0), (0.0, 0.0)]), ways.global_path, ways.estimated, ways.true,
+             *ways.local_paths, ways.earlier_goals]
     points = np.concatenate([line[:, :2] for line in lines if len(line)])
     left, bottom = points.min(axis=0) - _MARGIN_M
     right, top = points.max(axis=0) + _MARGIN_M
