@@ -67,9 +67,9 @@ class Commands(click.Group):
             from difflib import get_close_matches  # needed only after a typing error
 
             near = get_close_matches(args[0], self.list_commands(ctx), 1)
-            if near:
-                error.message += f" Did you mean '{near[0]}'?"
-            raise
+            if not near:
+                raise
+            raise click.UsageError(f"{error.message} Did you mean '{near[0]}'?", ctx) from None
 
     def invoke(self, ctx: click.Context) -> object:
         """Run click.Group.invoke; raise exit code 130 at Ctrl-C."""
