@@ -100,9 +100,8 @@ def test_records_of_earlier_boots_lie_before_the_last_one_on_one_axis(tmp_path):
     (tmp_path / "onboard.mcap").rename(tmp_path / "onboard-boot1.mcap")
     write_run(tmp_path, ground=False, bench=False, step=50)
     both = read_run(tmp_path)
-    end_s = alone.estimated.times_s[-1]
     assert both.boots_s == (0.0, pytest.approx(89.5)) and len(both.plans) == 2 * len(alone.plans)
-    assert np.all(np.diff(both.estimated.times_s) > 0) or end_s == 0
+    assert np.all(np.diff(both.estimated.times_s) >= 0)
     assert [e.time_s for e in both.events][len(alone.events)] == pytest.approx(alone.events[0].time_s + 89.5)
     assert "started 2 times, again at 89.5 s" in report(tmp_path).read_text()
 
