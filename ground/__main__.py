@@ -32,7 +32,7 @@ from ground.station.station import StationError
 from ground.verbs import archive, contacts, keys, look, own, preview, table
 from ground.verbs.asking import ask, carry_out, last_words, leave, plan_of
 from ground.verbs.report import report_command
-from ground.verbs.screen import line_out
+from ground.verbs.screen import line_beside, line_out
 from ground.verbs.table import Contact, StationFile
 from onboard.config import ConfigError
 from protocol import WireError, commands
@@ -115,6 +115,9 @@ def run(argv: list[str] | None = None) -> int:
         message = getattr(error, "format_message", error.__str__)()
         if not message:
             return code  # a family of verbs alone: its help was shown
+        if type(error).__name__ == "NoArgsIsHelpError":  # likewise, and the message is the help
+            line_beside(message)
+            return code
         path = context.command_path if context else "ground"
         text = f"{message} (see `{path} --help`)"
     except (KeyboardInterrupt, typer.Abort):
