@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Literal
 
 from rosbags.interfaces import (
     Qos,
@@ -22,7 +23,7 @@ from onboard.record.ros2.follow import TOPICS, messages
 from onboard.record.ros2.types import store
 
 METADATA = "metadata.yaml"
-_VERSION = 8  # of the metadata: read by Humble's and all later releases
+_VERSION: Literal[8] = 8  # of the metadata: read by Humble's and all later releases
 _FOREVER = QosTime(2_147_483_647, 4_294_967_295)
 _LATCHED = Qos(QosHistory.KEEP_LAST, 1, QosReliability.RELIABLE, QosDurability.TRANSIENT_LOCAL, _FOREVER, _FOREVER,
                QosLiveliness.AUTOMATIC, _FOREVER, False)

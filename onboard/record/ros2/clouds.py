@@ -35,7 +35,7 @@ def rows(scan: Scan3d, rover: Rover) -> Any:
 
 
 def cloud(scan: Scan3d, rover: Rover) -> Any:
-    """Build sensor_msgs/PointCloud2 in base_link, stamped with the first beam's time: the rover stands while it scans."""
+    """Build sensor_msgs/PointCloud2 in base_link, stamped with the first beam's time: the rover stands in a sweep."""
     made = rows(scan, rover)
     fields = [
         new("sensor_msgs/PointField", name=name, offset=4 * k, datatype=_FLOAT32, count=1)

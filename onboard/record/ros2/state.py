@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from onboard.record.ros2.types import header, new, stamp
-from protocol.faults import FAULTS, Step
+from protocol.faults import FAULTS, Step, named
 from protocol.modes import Mode, Phase
 from protocol.telemetry import BY_NAME, out_of_limits
 
@@ -41,7 +41,8 @@ def _fault(fault: Any, active: bool) -> Any:
 
 
 def _rover(values: Mapping[str, float]) -> Any:
-    outside = [name for name, value in values.items() if name != "faults" and out_of_limits(name, value)]
+    outside = [name for name, value in values.items()
+               if name != "faults" and math.isfinite(value) and out_of_limits(name, value)]
     words = f"out of limits: {', '.join(outside)}" if outside else "within limits"
     return _status(WARN if outside else OK, "rover", words, _texts(values))
 
@@ -51,8 +52,11 @@ def _texts(values: Mapping[str, float]) -> Iterator[tuple[str, str]]:
         kind = _NAMED.get(name)
         if kind is not None and value in set(kind):
             yield name, kind(int(value)).name
+        elif name == "faults":
+            yield name, " ".join(named(int(value))) or "none"
         elif math.isfinite(value):
-            yield name, f"{value:.9g} {BY_NAME[name].unit}".rstrip()
+            number = f"{value:.0f}" if value == int(value) else f"{value:.6g}"
+            yield name, f"{number} {BY_NAME[name].unit.removeprefix('1')}".rstrip()
         else:
             yield name, "not known"
 

@@ -44,7 +44,7 @@ def store() -> Typestore:
     return made
 
 
-def new(name: str, **fields: Any) -> Any:
+def new(name: str, /, **fields: Any) -> Any:
     """Build a message: `new("geometry_msgs/Point", x=1.0, y=0.0, z=0.0)`."""
     package, _, kind = name.partition("/")
     return store().types[f"{package}/msg/{kind}"](**fields)

@@ -1,0 +1,186 @@
+"""Terminal view of `ground watch`, by textual: map, state, events, link, command line, stop key.
+
+    link  | one line: last reception, round trip, contact          The station's turns run in one task of the
+    map   | state                                                  event loop; drawing is a timer beside it. A key
+    events                                                         makes its request at once, before any drawing.
+    stop line, command line, keys
+"""
+
+from __future__ import annotations
+
+import asyncio
+from typing import ClassVar
+
+from rich.text import Text
+from textual.app import App, ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal
+from textual.widgets import Input, Static
+
+from ground.operation.left import left
+from ground.shell.terminal import Live
+from ground.watch.model import Stop, View, stop_words
+from ground.watch.picture import draw, window
+from ground.watch.state import GOOD, LABEL, WRONG, duration, headline, state
+from protocol.visible import visible
+
+_PAUSE_S, _DRAW_S = 0.01, 0.25
+_MOST_ZOOM = 5
+_KEYS = "^X STOP  ^G map  ^O/^P zoom  Enter command  ^Q quit"
+_COLOURS = {"station": LABEL, "debug": LABEL, "info": GOOD, "warning": "#e6b422", "error": WRONG, "critical": WRONG}
+
+
+class WatchApp(App[int]):
+    """The view. Its result is 0, or 130 after Ctrl-C; `failure` is the error that ended the link, or None.
+
+    live: the session's turns. view: what it shows besides the session.
+    """
+
+    ENABLE_COMMAND_PALETTE = False
+    CSS = """
+    Screen { layout: vertical; }
+    #link { height: 1; background: $panel; }
+    #middle { height: 3fr; min-height: 8; }
+    #map { width: 1fr; height: 100%; }
+    #state { width: 42%; min-width: 34; max-width: 60; height: 100%; padding: 0 1; }
+    #events { height: 1fr; min-height: 4; border-top: solid $panel; }
+    #stop { height: 1; }
+    #command { height: 1; border: none; padding: 0 1; }
+    #keys { height: 1; background: $panel; }
+    """
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("ctrl+x,f12", "stop", "STOP", priority=True),
+        Binding("ctrl+g", "fetch", "fetch the map", priority=True),
+        Binding("ctrl+o", "zoom(-1)", "zoom out", priority=True),
+        Binding("ctrl+p", "zoom(1)", "zoom in", priority=True),
+        Binding("ctrl+q", "leave(0)", "quit", priority=True),
+        Binding("ctrl+c", "leave(130)", "quit", priority=True),
+    ]
+
+    def __init__(self, live: Live, view: View) -> None:
+        super().__init__()
+        self.live, self.view = live, view
+        self.failure: Exception | None = None
+        self.zoom = 0
+        self._turning: asyncio.Task[None] | None = None
+        self._shown_lines = -1
+
+    def compose(self) -> ComposeResult:
+        """Make the panes."""
+        yield Static(id="link")
+        with Horizontal(id="middle"):
+            yield Static(id="map")
+            yield Static(id="state")
+        yield Static(id="events")
+        yield Static(id="stop")
+        yield Input(placeholder="command, as `goto 12 3`; `help` lists them", id="command", compact=True)
+        yield Static(Text(_KEYS, no_wrap=True), id="keys")
+
+    def on_mount(self) -> None:
+        """Start the turns and the drawing."""
+        self.query_one("#command", Input).focus()
+        self._turning = asyncio.create_task(self._turns())
+        self.set_interval(_DRAW_S, self.show)
+        self.call_after_refresh(self.show)
+
+    async def _turns(self) -> None:
+        try:
+            while not self.live.shell.ended:
+                self.live.turn()
+                await asyncio.sleep(_PAUSE_S)
+            self.exit(0)
+        except Exception as error:  # noqa: BLE001  shown after the terminal is restored: the caller raises it again
+            self.failure = error
+            self.exit(1)
+
+    # -- keys ----------------------------------------------------------------------------------------------------
+
+    def action_stop(self) -> None:
+        """Request a stop, whatever else is on the screen or in the command line."""
+        live = self.live
+        before = len(live.shell.asked)
+        answers = live.line("stop")
+        if len(live.shell.asked) > before:
+            self.view.stop = Stop(live.now_ns, live.shell.asked[-1])
+        self._say(answers)
+        self.show()
+
+    def action_fetch(self) -> None:
+        """Fetch the map from the rover."""
+        self._say(self.live.line("get ldem"))
+
+    def action_zoom(self, step: int) -> None:
+        """Zoom the map."""
+        self.zoom = min(max(self.zoom + step, 0), _MOST_ZOOM)
+        self.show()
+
+    def action_leave(self, code: int) -> None:
+        """End the view; the rover goes on."""
+        self.exit(code)
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        """Carry out a typed line."""
+        event.input.clear()
+        if event.value.strip():
+            self.view.say(f"> {visible(event.value)}")
+            self._say(self.live.line(event.value))
+            self.show()
+
+    def _say(self, answers: list[str]) -> None:
+        for answer in answers:
+            self.view.say(visible(answer))
+
+    # -- drawing -------------------------------------------------------------------------------------------------
+
+    def show(self) -> None:
+        """Draw everything from the present state."""
+        session, now_ns = self.live.session, self.live.now_ns
+        self.query_one("#link", Static).update(_one_line(*headline(session, now_ns)))
+        pane = self.query_one("#state", Static)
+        self._put(pane, state(session.items, now_ns, pane.size.width - 2, pane.size.height))
+        self._show_map()
+        self._show_events()
+        self.query_one("#stop", Static).update(self._stop_line())
+
+    def _show_map(self) -> None:
+        pane, scene = self.query_one("#map", Static), self.view.scene(self.live.session)
+        columns, rows = pane.size.width, pane.size.height - 1
+        if columns < 2 or rows < 1:
+            return
+        seen = window(scene, columns, rows, self.zoom)
+        text = draw(scene, seen, columns, rows)
+        text.append("\n")
+        text.append(self._legend(2 * seen.element_m * rows)[:columns], LABEL)
+        self._put(pane, text)
+
+    def _legend(self, high_m: float) -> str:
+        at_ns = self.view.terrain_ns
+        if at_ns is None:
+            return f"{high_m:.0f} m high, no map yet: ^G fetches it"
+        age = "of an earlier run" if at_ns < 0 else f"{duration((self.live.now_ns - at_ns) / 1e9)} old"
+        return f"{high_m:.0f} m high, north up, map {age}"
+
+    def _show_events(self) -> None:
+        pane = self.query_one("#events", Static)
+        if pane.size.height < 1:
+            return
+        text = Text(no_wrap=True, overflow="ellipsis")
+        for line in list(self.view.lines)[-pane.size.height :]:
+            text.append(line.text[: pane.size.width], _COLOURS.get(line.severity, WRONG))
+            text.append("\n")
+        self._put(pane, text)
+
+    def _stop_line(self) -> Text:
+        open_words = "; ".join(left(self.live.session))
+        if self.view.stop is None:
+            return _one_line(open_words, GOOD)
+        return _one_line(stop_words(self.view.stop, self.live.session, self.live.now_ns), "bold reverse")
+
+    @staticmethod
+    def _put(pane: Static, text: Text) -> None:
+        text.rstrip()
+        pane.update(text)
+
+
+def _one_line(words: str, style: str) -> Text:
+    return Text(visible(words), style, no_wrap=True, overflow="ellipsis")
