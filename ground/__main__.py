@@ -4,7 +4,7 @@
 69 no link or no rover, or the link's carrier closed, 73 cannot write a file, 75 not finished in time,
 78 wrong settings or keys, 130 ended by Ctrl-C.
 
-All verbs are listed here, in the order of `--help`; their code is in `verbs`, `shell`, `gateway` and `bridge`.
+All verbs are listed here, in the order of `--help`; their code is in `verbs`, `shell`, `watch`, `gateway` and `bridge`.
 """
 
 from __future__ import annotations
@@ -32,6 +32,8 @@ from ground.verbs.asking import ask, carry_out, last_words, leave, plan_of
 from ground.verbs.report import report_command
 from ground.verbs.screen import line_out
 from ground.verbs.table import Contact, StationFile
+from ground.watch.command import EXAMPLES as WATCH_EXAMPLES
+from ground.watch.command import watch_command
 from onboard.config import ConfigError
 from protocol import WireError, commands
 
@@ -73,7 +75,7 @@ contacts.add(_families["contacts"], lambda plan, station, as_json: leave(*ask(st
 app.command(epilog="Examples: ground status | ground status --json")(own.status)
 app.command(epilog="Examples: ground get ldem | ground get scan --out cloud.ply | "
                    "ground get record 120 130 slim")(own.get)
-app.command(epilog="Example: ground watch")(own.watch)
+app.command("watch", epilog=WATCH_EXAMPLES)(watch_command)
 app.command(epilog="Examples: ground script mission.txt | echo 'goto 12 3' | ground script -")(own.script)
 app.add_typer(bridge_app, name="bridge")
 app.command(epilog="Examples: ground shell | echo 'goto 2 0' | ground shell")(shell)

@@ -11,6 +11,8 @@ from __future__ import annotations
 import asyncio
 from typing import ClassVar
 
+from rich.color import Color
+from rich.style import Style
 from rich.text import Text
 from textual.app import App, ComposeResult
 from textual.binding import Binding, BindingType
@@ -20,7 +22,7 @@ from textual.widgets import Input, Static
 from ground.operation.left import left
 from ground.shell.terminal import Live
 from ground.watch.model import Stop, View, stop_words
-from ground.watch.picture import draw, window
+from ground.watch.picture import FREE, HIDDEN, OBSTACLE, draw, window
 from ground.watch.state import GOOD, LABEL, WRONG, duration, headline, state
 from protocol.visible import visible
 
@@ -63,7 +65,7 @@ class WatchApp(App[int]):
         self.failure: Exception | None = None
         self.zoom = 0
         self._turning: asyncio.Task[None] | None = None
-        self._shown_lines = -1
+        self._map_shown: tuple[object, ...] = ()
 
     def compose(self) -> ComposeResult:
         """Make the panes."""
@@ -148,9 +150,16 @@ class WatchApp(App[int]):
         if columns < 2 or rows < 1:
             return
         seen = window(scene, columns, rows, self.zoom)
+        words = self._legend(2 * seen.element_m * rows)[:columns]
+        content = (id(scene.terrain), scene[1:], seen, columns, rows, words)
+        if content == self._map_shown:
+            return
+        self._map_shown = content
         text = draw(scene, seen, columns, rows)
-        text.append("\n")
-        text.append(self._legend(2 * seen.element_m * rows)[:columns], LABEL)
+        text.append(f"\n{words}", LABEL)
+        for word, colour in (("free", FREE), ("obstacle", OBSTACLE), ("hidden", HIDDEN)):
+            if self.view.terrain is not None and len(text.plain.splitlines()[-1]) + len(word) + 3 <= columns:
+                text.append(" ■", Style(color=Color.from_rgb(*colour))).append(word, LABEL)
         self._put(pane, text)
 
     def _legend(self, high_m: float) -> str:

@@ -96,7 +96,7 @@ def stop_words(stop: Stop, session: Session, now_ns: int) -> str:
         heard_ns, report = request.history[0]
         words = {State.COMPLETED: "done", State.FAILED: "FAILED"}.get(request.state, request.state.name.lower())
         text = f": {report.text}" if report.text else ""
-        return f"STOP {words}, confirmed {(heard_ns - stop.at_ns) / 1e9:.1f} s after the key{text}"
+        return f"STOP {words}, confirmed {(heard_ns - stop.at_ns) / 1e9:.1f} s after the key, {since_s:.0f} s ago{text}"
     if not request.sent:
         return f"STOP asked {since_s:.1f} s ago, NOT SENT"
     return f"STOP sent {request.sent} times in {since_s:.1f} s, not confirmed yet"

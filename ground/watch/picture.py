@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from itertools import pairwise
+from functools import lru_cache
+from itertools import groupby, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -22,12 +23,15 @@ from rich.text import Text
 from protocol.products import LdemProduct
 
 Place = tuple[float, float]
+Colour = tuple[int, int, int]
+Sign = tuple[str, Colour]
 Pixels = NDArray[np.uint8]  # (2 rows, columns, 3) RGB, row 0 at the top
 FREE, OBSTACLE, HIDDEN, NOTHING = (0, 150, 110), (213, 94, 0), (110, 110, 118), (22, 24, 30)
 PATH, TRAIL, GOAL = (86, 180, 233), (245, 245, 245), (240, 228, 66)
 _NODE_SETS = np.array([NOTHING, HIDDEN, OBSTACLE, FREE], np.float64)  # by node set 0 to 3
 _ARROWS = "→↗↑↖←↙↓↘"  # by eighths of a turn from east
 _LEAST_SPAN_M, _MARGIN_M = 4.0, 0.5
+_SHADES = 12  # steps of brightness: fewer changes of colour to send over ssh
 _SHADE = 0.55  # darkest share of a colour on the lowest ground
 
 
@@ -82,16 +86,25 @@ def draw(scene: Scene, seen: Window, columns: int, rows: int) -> Text:
     text = Text(no_wrap=True, end="")
     signs = _signs(scene, seen, columns, rows)
     for row in range(rows):
-        for column in range(columns):
-            upper, lower = (tuple(int(v) for v in pixels[2 * row + half, column]) for half in (0, 1))
-            sign = signs.get((row, column))
-            if sign is None:
-                text.append("▀", Style(color=Color.from_rgb(*upper), bgcolor=Color.from_rgb(*lower)))
-            else:
-                text.append(sign[0], Style(color=Color.from_rgb(*sign[1]), bgcolor=Color.from_rgb(*NOTHING), bold=True))
+        cells = [_cell(pixels[2 * row : 2 * row + 2, column], signs.get((row, column))) for column in range(columns)]
+        for (colours, bold), run in groupby(cells, key=lambda cell: cell[1:]):
+            text.append("".join(sign for sign, *_ in run), _style(colours, bold))
         if row < rows - 1:
             text.append("\n")
     return text
+
+
+def _cell(halves: Pixels, sign: Sign | None) -> tuple[str, tuple[Colour, Colour], bool]:
+    """Character, its two colours, bold or not."""
+    if sign is not None:
+        return sign[0], (sign[1], NOTHING), True
+    upper, lower = ((int(half[0]), int(half[1]), int(half[2])) for half in halves)
+    return "▀", (upper, lower), False
+
+
+@lru_cache(maxsize=4096)
+def _style(colours: tuple[Colour, Colour], bold: bool) -> Style:
+    return Style(color=Color.from_rgb(*colours[0]), bgcolor=Color.from_rgb(*colours[1]), bold=bold)
 
 
 def at(x_m: float, y_m: float, seen: Window, columns: int, rows: int) -> tuple[int, int]:
@@ -121,7 +134,7 @@ def _shade(heights_m: NDArray[np.float32], whole_m: NDArray[np.float32]) -> NDAr
         return np.ones(heights_m.shape)
     low_m, high_m = (float(v) for v in np.nanpercentile(whole_m, (2, 98)))
     ratio = np.clip((heights_m - low_m) / max(high_m - low_m, 0.05), 0.0, 1.0)
-    return np.where(np.isfinite(heights_m), _SHADE + (1 - _SHADE) * ratio, 1.0)
+    return np.where(np.isfinite(heights_m), _SHADE + (1 - _SHADE) * np.round(ratio * _SHADES) / _SHADES, 1.0)
 
 
 def _known_corners(terrain: LdemProduct) -> list[Place]:
@@ -132,7 +145,7 @@ def _known_corners(terrain: LdemProduct) -> list[Place]:
     return [(grid.x0_m + int(j) * grid.cell_m, grid.y0_m + int(i) * grid.cell_m) for i, j in (low, high)]
 
 
-def _mark(pixels: Pixels, seen: Window, places: Iterable[Place], colour: tuple[int, int, int]) -> None:
+def _mark(pixels: Pixels, seen: Window, places: Iterable[Place], colour: Colour) -> None:
     high, columns = pixels.shape[:2]
     for x_m, y_m in places:
         row, column = at(x_m, y_m, seen, columns, high // 2)
@@ -147,11 +160,9 @@ def _dense(path: Sequence[Place], step_m: float) -> Iterable[Place]:
         yield from ((x0 + (x1 - x0) * k / count, y0 + (y1 - y0) * k / count) for k in range(count + 1))
 
 
-def _signs(
-    scene: Scene, seen: Window, columns: int, rows: int
-) -> dict[tuple[int, int], tuple[str, tuple[int, int, int]]]:
+def _signs(scene: Scene, seen: Window, columns: int, rows: int) -> dict[tuple[int, int], Sign]:
     """(row, column) of characters -> sign and colour: the goal, and over it the rover's arrow."""
-    signs: dict[tuple[int, int], tuple[str, tuple[int, int, int]]] = {}
+    signs: dict[tuple[int, int], Sign] = {}
     if scene.goal:
         row, column = at(*scene.goal, seen, columns, rows)
         signs[row // 2, column] = ("◎", GOAL)

@@ -13,6 +13,7 @@ from ground.archive.schema import ArchiveError
 from ground.operation import show
 from ground.operation.left import left
 from ground.operation.operate import CONNECT_S, ByHandError, Teller
+from ground.products import files
 from ground.session.news import Item, News, Progress
 from ground.session.session import Session
 from ground.shell.shell import Shell
@@ -53,7 +54,7 @@ def possible(plain: bool, as_json: bool) -> bool:
     return not plain and not as_json and sys.stdout.isatty() and sys.stdin.isatty() and os.environ.get("TERM") != "dumb"
 
 
-def run(settings: Settings, contact_s: float, save: Save) -> int:
+def run(settings: Settings, contact_s: float) -> int:
     """Open the link and show the view until it is ended. Returns the exit code.
 
     Raises StationError, ConfigError or ArchiveError if the link cannot be used, ByHandError after Ctrl-C.
@@ -68,17 +69,26 @@ def run(settings: Settings, contact_s: float, save: Save) -> int:
         link.session.utc_ns = time.time_ns()
         teller.session = link.session
 
-        def keep(session: Session, name: str, path: Path) -> None:
-            save(session, name, path)
-            view.say(f"{path} written")
-
-        app = WatchApp(Live(link, WallClock(), teller, Shell(elsewhere), keep, contact_s), view)
+        app = WatchApp(Live(link, WallClock(), teller, Shell(elsewhere), saver(view), contact_s), view)
         code = app.run()
         if app.failure is not None:
             raise app.failure
         if code == INTERRUPTED:
             raise ByHandError("; ".join(["interrupted", *left(link.session)]))
         return code or 0
+
+
+def saver(view: View) -> Save:
+    """Writer of products that a `get` names a file for; it says in the view what it wrote, or why it could not."""
+
+    def save(session: Session, name: str, path: Path) -> None:
+        found = next(one for one in reversed(session.products.values()) if one.name == name)
+        try:
+            view.say(visible(f"{path} written: {files.save(found, path)}"))
+        except (OSError, ValueError) as error:
+            view.say(visible(f"{path} not written: {error}"), "error")
+
+    return save
 
 
 def elsewhere(words: list[str]) -> int:
