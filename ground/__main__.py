@@ -4,7 +4,8 @@
 69 no link or no rover, or the link's carrier closed, 73 cannot write a file, 75 not finished in time,
 78 wrong settings or keys, 130 ended by Ctrl-C.
 
-All verbs are listed here, in the order of `--help`; their code is in `verbs`, `shell`, `watch`, `gateway` and `bridge`.
+All verbs are listed here, in the order of `--help`; their code is in `verbs`, `shell`, `watch`, `foxglove`, `gateway`,
+`bridge`.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ import typer
 
 from ground.archive.schema import ArchiveError
 from ground.bridge.command import app as bridge_app
+from ground.foxglove.command import EXAMPLES as FOXGLOVE_EXAMPLES
+from ground.foxglove.command import foxglove_command
 from ground.gateway.command import gateway_command
 from ground.operation.operate import FAILED, ByHandError, Teller
 from ground.operation.script import ScriptError
@@ -85,6 +88,7 @@ app.add_typer(archive.app, name="archive")
 app.add_typer(preview.app, name="preview")
 app.command("gateway", epilog="Examples: ground gateway | ground gateway --origin 38.2547,140.8394,150\n\n"
             "Then: mavproxy.py --master=udpout:127.0.0.1:14551, or QGroundControl as it is.")(gateway_command)
+app.command("foxglove", epilog=FOXGLOVE_EXAMPLES)(foxglove_command)
 app.command("report", epilog="Example: ground report build/demo")(report_command)
 
 _INTERRUPTED = "interrupted"  # before any request; after one, `operate` reports what the rover goes on with

@@ -21,7 +21,7 @@ from protocol import commands
 from protocol.transactions import State
 
 _ENDS = ("quit", "exit")
-_ALONE = frozenset({"watch", "script", "shell", "gateway", "bridge", "serve"})
+_ALONE = frozenset({"watch", "script", "shell", "gateway", "bridge", "serve", "foxglove"})
 _HELP = (
     "what the rover does:   " + ", ".join(dict.fromkeys(row.typed.split()[0] for row in commands.TABLE)),
     "what the station has:  archive, preview, events, requests, link, plot, report; each with --help",

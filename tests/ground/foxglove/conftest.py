@@ -1,0 +1,6 @@
+"""The virtual station of the other tests of the ground, for those of this folder."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
