@@ -13,7 +13,7 @@ from typing import Any
 
 from ground.report import pictures as draw
 from ground.report.page import Section, facts, numbers, page, paragraph, picture, table, verdict
-from ground.report.run_files import Contact, Run, Told, read_run
+from ground.report.run_files import Contact, RoverEvent, Run, read_run
 from ground.report.words import ALWAYS, CONTACTS, EXPECTED_REFUSAL, RULES, TICKS, WHEELS
 
 _TERRAINS = {"fbm": "fractal ground", "craters": "cratered ground", "real": "measured land", "flat": "flat ground"}
@@ -267,7 +267,7 @@ def _rhythm(rhythm: dict[str, Any]) -> str:
     return body
 
 
-def _events(events: Sequence[Told]) -> str:
+def _events(events: Sequence[RoverEvent]) -> str:
     rows = [(f"{e.time_s:.2f} s", e.severity, e.name, e.text) for e in events if e.name not in _QUIET_EVENTS]
     refused = any(e.name == "REGISTRATION_REFUSED" for e in events)
     return table(("time", "severity", "event", "text"), rows) + (paragraph(EXPECTED_REFUSAL, "soft") if refused else "")

@@ -55,7 +55,7 @@ class NoRunError(ValueError):
     """The folder has no record of a run, or a damaged one. One line that names the file and what to do."""
 
 
-class Told(NamedTuple):
+class RoverEvent(NamedTuple):
     """Event of the rover. name: a row of protocol.tables.modes.EVENTS."""
 
     time_s: float
@@ -99,7 +99,7 @@ class Run:
 
     folder: Path
     estimated: Track
-    events: tuple[Told, ...]
+    events: tuple[RoverEvent, ...]
     plans: tuple[tuple[float, PlanPicture], ...]
     config: dict[str, Any]
     versions: dict[str, str]
@@ -142,7 +142,7 @@ def read_run(folder: Path, with_truth: bool = True) -> Run:
     return Run(folder, *run, truth=truth, ground=ground, rhythm=rhythm, **known)
 
 
-def spans_of(events: Sequence[Told], end_s: float) -> tuple[Span, ...]:
+def spans_of(events: Sequence[RoverEvent], end_s: float) -> tuple[Span, ...]:
     """Return the phases from their PHASE events; the mode change at a mission's end ends the last one."""
     spans: list[Span] = []
     start: tuple[float, str] | None = None
@@ -181,7 +181,7 @@ def _record(folder: Path, path: Path) -> tuple[tuple[Any, ...], dict[str, Any]]:
                 plans.append((message.log_time / 1e9, archive.from_npz(message.data)))
             else:
                 events += [
-                    Told(row["now_ns"] / 1e9, str(row["severity"]), str(row["name"]), str(row["text"]))
+                    RoverEvent(row["now_ns"] / 1e9, str(row["severity"]), str(row["name"]), str(row["text"]))
                     for row in json.loads(message.data)
                 ]
     pose = np.array(poses, dtype=np.float64).reshape(-1, 6)

@@ -11,7 +11,7 @@ from viser import GuiApi
 
 from hil.view.player import SPEEDS, Player
 from hil.view.scene import LAYERS, Scene
-from hil.view.story import Instant, Told
+from hil.view.story import Instant, StoryEvent
 from protocol.visible import visible
 
 STEP_S = 0.1
@@ -90,7 +90,7 @@ def status(instant: Instant, end_s: float, rtf: float) -> str:
     return "\n\n".join(lines)
 
 
-def event_line(told: Told) -> str:
+def event_line(told: StoryEvent) -> str:
     """One row of the list of events."""
     mark = MARKS.get(told.severity, "")
     return f"- {mark}{told.time_s:.1f} s **{plain(told.name)}** {plain(told.text)}"

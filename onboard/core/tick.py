@@ -20,9 +20,9 @@ from onboard.core.context import Context
 from onboard.core.downlink import Downlink
 from onboard.core.faults.computer import ComputerWatch
 from onboard.core.faults.devices.watch import DeviceWatch
-from onboard.core.faults.monitors import Watched, active_faults
+from onboard.core.faults.monitors import MonitorInputs, active_faults
 from onboard.core.faults.power import PowerWatch
-from onboard.core.faults.wheels.seen import Seen
+from onboard.core.faults.wheels.seen import WheelInputs
 from onboard.core.faults.wheels.watch import WheelWatch
 from onboard.core.jobs import JobBook
 from onboard.core.modes import fence_orders, link_orders
@@ -33,7 +33,7 @@ from onboard.core.modes.parameter_orders import KEPT, ParameterOrders
 from onboard.core.pose_store import KEPT as KEPT_POSE
 from onboard.core.pose_store import Keeping
 from onboard.core.schedule import Group
-from onboard.core.telemetry import SAMPLERS, View
+from onboard.core.telemetry import SAMPLERS, TelemetryInputs
 from onboard.core.tick_timing import Pace
 from onboard.devices.lidar.session import LidarSession
 from onboard.devices.nodes import Nodes
@@ -232,9 +232,9 @@ def _found(rover: Rover) -> dict[str, str]:
     return {**dirty, **rover.devices.faults, **rover.power.found, **rover.computer.found}
 
 
-def _watched(rover: Rover, inputs: Inputs, orders: Sequence[Order]) -> Watched:
+def _watched(rover: Rover, inputs: Inputs, orders: Sequence[Order]) -> MonitorInputs:
     mission = rover.executive.mission
-    return Watched(
+    return MonitorInputs(
         inputs.now_ns,
         rover.config,
         rover.lidar,
@@ -253,12 +253,12 @@ def _watched(rover: Rover, inputs: Inputs, orders: Sequence[Order]) -> Watched:
     )
 
 
-def _seen(rover: Rover, imu: ImuSample | None, now_ns: int) -> Seen:
+def _seen(rover: Rover, imu: ImuSample | None, now_ns: int) -> WheelInputs:
     currents_a = tuple(
         told.drive_current_a if told and told.stamp_ns > now_ns - TICK_NS else None for told in rover.nodes.wheel_status
     )
     localisation = rover.localisation
-    return Seen(
+    return WheelInputs(
         now_ns,
         rover.watch.orders(rover.orders),
         rover.nodes.wheels,
@@ -295,9 +295,9 @@ def _tell(rover: Rover) -> tuple[Event, ...]:
     return events
 
 
-def _view(rover: Rover) -> View:
+def _view(rover: Rover) -> TelemetryInputs:
     executive, mission = rover.executive, rover.executive.mission
-    return View(
+    return TelemetryInputs(
         mode=executive.mode,
         phase=executive.phase,
         estimate=rover.localisation.estimate,

@@ -65,7 +65,7 @@ def test_a_path_within_the_folder_is_of_the_run_s_folder(tmp_path):
 def test_a_path_of_the_command_line_may_lead_anywhere(tmp_path, monkeypatch):
     flown = []
 
-    def fly(scenario, out):
+    def fly(scenario, out, onboard_python=None):
         flown.append(scenario)
         raise flying.fail(70, "enough")
 

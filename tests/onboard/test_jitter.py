@@ -11,7 +11,7 @@ from onboard.__main__ import app
 from onboard.bringup.jitter import reference
 from onboard.bringup.jitter.command import ALL, figures, lines
 from onboard.bringup.jitter.job import request
-from onboard.bringup.jitter.measure import WARM_TICKS, Bed, Measured
+from onboard.bringup.jitter.measure import WARM_TICKS, JitterFigures, TestBed
 from onboard.bringup.jitter.reference import ReferenceError, of_cyclictest
 from onboard.config import Config, Realtime
 from onboard.native import _wakes
@@ -35,7 +35,7 @@ HISTOGRAM = """# /dev/cpu_dma_latency set to 0us
 
 def test_the_loop_measures_each_tick_after_the_warm_ones_to_the_nanosecond():
     late_ns = [500_000] * WARM_TICKS + [50_000, 60_000, 70_000, 3_000_000, 80_000]
-    bed = Bed(Config(), HandClock(late_ns), lambda _: None, job=False)
+    bed = TestBed(Config(), HandClock(late_ns), lambda _: None, job=False)
     bed._clock.idle = bed._clock.sleep
     measured = bed.measure(5)
     bed.close()
@@ -45,7 +45,7 @@ def test_the_loop_measures_each_tick_after_the_warm_ones_to_the_nanosecond():
 
 
 def test_a_planner_is_at_work_beside_the_loop_all_the_time():
-    bed = Bed(Config(), HandClock([0] * 1000), lambda _: None, job=True)
+    bed = TestBed(Config(), HandClock([0] * 1000), lambda _: None, job=True)
     bed._clock.idle = lambda left_s: (bed._clock.sleep(left_s), bed._workers.thread_id())  # the job is done by then
     measured = bed.measure(3)
     bed.close()
@@ -61,7 +61,7 @@ def test_the_planners_job_is_a_stop_that_has_somewhere_to_go():
 
 def test_stopped_early_it_gives_what_it_has():
     clock = HandClock([0] * 1000)
-    bed = Bed(Config(), clock, lambda ratio: setattr(clock, "stopping", ratio > 0.4), job=False)
+    bed = TestBed(Config(), clock, lambda ratio: setattr(clock, "stopping", ratio > 0.4), job=False)
     clock.idle = clock.sleep
     assert len(bed.measure(200).late_us) == 100
     bed.close()
@@ -97,7 +97,7 @@ def test_the_bare_loop_wakes_as_often_as_asked_and_never_early():
 
 def measured(late_us, grants=()):
     late_us = np.array(late_us, float)
-    return Measured(late_us, np.full(len(late_us), 500.0), 2, 7, 33.0, grants)
+    return JitterFigures(late_us, np.full(len(late_us), 500.0), 2, 7, 33.0, grants)
 
 
 def test_the_figures_are_the_shares_of_what_was_measured():

@@ -8,7 +8,7 @@ from __future__ import annotations
 from hil.run.in_process import CAMPAIGN_STEP_NS, GOTO_S, InMemory
 from hil.scenarios.model import Scenario, ground_of
 from hil.terrain.field import Field
-from hil.world.operator import Order
+from hil.world.operator import TimedCommand
 
 LIMIT_S = 3600.0
 KEEP_OUT_M = 0.6  # from the field's edge; the bench ends a flight whose body's middle is 0.5 m from it
@@ -20,7 +20,7 @@ def bench_to_goal(scenario: Scenario) -> InMemory:
     return InMemory(scenario, (*edges(ground), goto(ground.goal_m)), ground=ground, step_ns=CAMPAIGN_STEP_NS)
 
 
-def edges(field: Field) -> tuple[Order, ...]:
+def edges(field: Field) -> tuple[TimedCommand, ...]:
     """Return the orders of four keep-outs, a strip along each edge of the field."""
     west, south = field.grid.x0_m, field.grid.y0_m
     east, north = field.grid.centre(field.grid.rows - 1, field.grid.columns - 1)
@@ -31,11 +31,13 @@ def edges(field: Field) -> tuple[Order, ...]:
         "north": (west, north - KEEP_OUT_M, east, north),
     }
     return tuple(
-        Order(GOTO_S, "fence_add", {"fence": name, "kind": "keep_out", "corners_m": (x0, y0, x1, y0, x1, y1, x0, y1)})
+        TimedCommand(
+            GOTO_S, "fence_add", {"fence": name, "kind": "keep_out", "corners_m": (x0, y0, x1, y0, x1, y1, x0, y1)}
+        )
         for name, (x0, y0, x1, y1) in strips.items()
     )
 
 
-def goto(goal_m: tuple[float, float]) -> Order:
+def goto(goal_m: tuple[float, float]) -> TimedCommand:
     """Return the order to a goal: at once; the first one after the rover's start."""
-    return Order(GOTO_S, "goto", {"x_m": goal_m[0], "y_m": goal_m[1]})
+    return TimedCommand(GOTO_S, "goto", {"x_m": goal_m[0], "y_m": goal_m[1]})
