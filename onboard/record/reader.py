@@ -246,6 +246,8 @@ def time_ns_of(number: int, messages: Mapping[str, bytes]) -> int:
     """Onboard time of a tick. Raises DamagedRecordError."""
     with reading(number, "channel /in/tick"):
         now_ns: int = TICK.unpack_from(messages["/in/tick"])[1]
+    if now_ns < 0:
+        raise DamagedRecordError(f"tick {number}, channel /in/tick: its time is before the start: {now_ns} ns")
     return now_ns
 
 

@@ -1,9 +1,11 @@
 """What the record keeps of a tick is all of it."""
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onboard.record.schema import decode_inputs, encode_inputs, encode_outputs, input_checks
+from onboard.record.reader import DamagedRecordError, time_ns_of
+from onboard.record.schema import TICK, decode_inputs, encode_inputs, encode_outputs, input_checks
 from onboard.records import (
     BusStatus,
     BusTrouble,
@@ -87,3 +89,8 @@ def test_cancelled_jobs_are_told_from_new_ones():
     new = encode_outputs(Outputs(state_digest=bytes(8), jobs=(JobRequest(5, "", "", (), 9),)), before)["/out/tick"]
     gone = encode_outputs(Outputs(state_digest=bytes(8), cancelled=(5,)), before)["/out/tick"]
     assert len(new) == len(gone) and new != gone
+
+
+def test_a_time_before_the_start_is_damage_and_not_a_message_of_an_export():
+    with pytest.raises(DamagedRecordError, match=r"tick 7, channel /in/tick: .* -1 ns"):
+        time_ns_of(7, {"/in/tick": TICK.pack(7, -1, 0, 0, 0, 0, 0)})
