@@ -36,10 +36,12 @@ def in_copy(work: Callable[[], Any], item: pytest.Function) -> tuple[str, str]:
     come, go = os.pipe()
     child = os.fork()
     if child == 0:
-        os.close(come)
-        with os.fdopen(go, "wb") as pipe:
-            pickle.dump(_outcome(work, item), pipe)
-        os._exit(0)
+        try:  # whatever happens, no copy goes on with pytest's session
+            os.close(come)
+            with os.fdopen(go, "wb") as pipe:
+                pickle.dump(_outcome(work, item), pipe)
+        finally:
+            os._exit(0)
     os.close(go)
     with os.fdopen(come, "rb") as pipe:
         answer = pipe.read()

@@ -50,7 +50,7 @@ def hypot(x: F32, y: F32) -> F32: ...
 @overload
 def hypot(x: ArrayLike, y: ArrayLike) -> F64: ...
 def hypot(x: Any, y: Any) -> Any:
-    """Lengths of (x, y); squares beyond 1e308 overflow. Raises ValueError if either holds no numbers."""
+    """Lengths of (x, y); squares beyond 1e308 overflow. Raises ValueError for text; None is NaN."""
     a, b = np.asarray(x), np.asarray(y)
     if not a.dtype == b.dtype == np.float32:
         a, b = np.asarray(x, np.float64), np.asarray(y, np.float64)
