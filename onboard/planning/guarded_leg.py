@@ -80,7 +80,7 @@ def listen(leg: Leg, lines: Sequence[GuardLine], config: Config) -> tuple[Leg, t
     """Process lines as the scanner delivers them, in their order; see `hear`."""
     settings, found = settings_of(config), list[Bad]()
     for line in lines:
-        leg, bad = hear(leg, _cloud(line, config), line.pose, settings)
+        leg, bad = hear(leg, cloud_of(line, config), line.pose, settings)
         found += bad
     return leg, tuple(found)
 
@@ -101,7 +101,7 @@ def _reached(leg: Leg, pose: Pose) -> int:
     return leg.at + int(np.argmin(away_m))
 
 
-def _cloud(line: GuardLine, config: Config) -> Cloud:
+def cloud_of(line: GuardLine, config: Config) -> Cloud:
     """The line's beams, those without a return too. The axis does not move, so one angle applies to the whole scan."""
     scan = line.scan
     end_ns = scan.start_ns + round(len(scan.ranges_m) * scan.beam_ns) + 1

@@ -17,13 +17,13 @@ from onboard.perception import ldem
 from onboard.planning import guarded_leg
 from onboard.planning.drive_guard import Bad
 from onboard.planning.mission_rule import interrupted
-from onboard.planning.plan_records import PlanResult
-from onboard.records import F64, BeamStatus, Bool, CellClass, Cloud, Decision, Pose, Scan, Surface
+from onboard.planning.plan_records import GuardLine, PlanResult
+from onboard.records import F64, BeamStatus, CellClass, Cloud, Decision, Pose, Scan, Surface
 from protocol.conventions import wrap_rad
 from tests.missions.drift import FLOWN_DRIFT, Drift
 from tests.missions.mission import Errors, Flight, Kinematic, unseen
 from tests.missions.scan_errors import ScanErrors
-from tests.missions.scanner import STEP_RAD, Scanner, hull_way_m
+from tests.missions.scanner import BEAM_NS, FAR_M, STEP_RAD, Scanner, hull_way_m
 from tests.missions.world import World, wheels
 
 LINE_M, LINE_RAD = 0.022, math.radians(1.5)
@@ -42,30 +42,19 @@ class LineScanner:
     errors: ScanErrors | None = None
 
     def line(self, world: World, true: Pose, believed: Pose, rng: np.random.Generator) -> Cloud:
-        """Cast one line from the true pose and enter it at the estimated pose."""
-        rover, sigma_m, range_m = self.config.rover, self.config.lidar.range_noise_m, self.config.scanning.range_m
-        mount = np.array([rover.lidar_x_m, 0.0, rover.lidar_z_m])
-        T_true, T_map_base = true.matrix(), believed.matrix()
-        found = world.rays.cast(T_true[:3, :3] @ mount + T_true[:3, 3], self.directions @ T_true[:3, :3].T, range_m)
-        own = self.hull_m < found
-        hit = np.isfinite(found)
-        length = np.where(hit, found + rng.normal(0.0, sigma_m, len(found)), range_m)
-        gone = np.zeros_like(own)
-        if self.errors:
-            length, gone = self._with_errors(length, hit, rng)
-        origin = T_map_base[:3, :3] @ mount + T_map_base[:3, 3]
-        ends = origin + length[:, None] * (self.directions @ T_map_base[:3, :3].T)
-        kept = ~own & ~gone
-        return Cloud(origin, ends[kept].astype(np.float32), hit[kept], sigma_m)
-
-    def _with_errors(self, length_m: F64, hit: Bool, rng: np.random.Generator) -> tuple[F64, Bool]:
-        """Return the line's ranges with the errors, and the mask of lost beams, which are left out."""
-        assert self.errors
+        """Cast one line from the true pose and enter it at the estimated pose, by the flight program's own rules."""
+        config, rover = self.config, self.config.rover
+        T_true = true.matrix()
+        origin = T_true[:3, :3] @ (rover.lidar_x_m, 0.0, rover.lidar_z_m) + T_true[:3, 3]
+        found = np.minimum(world.rays.cast(origin, self.directions @ T_true[:3, :3].T, FAR_M), self.hull_m)
+        found += rng.normal(0.0, config.lidar.range_noise_m, len(found))
+        hit = np.isfinite(found) & (found <= FAR_M)
+        ranges_m = np.where(hit, found, np.nan).astype(np.float32)
         status = np.where(hit, BeamStatus.OK, BeamStatus.NO_RETURN).astype(np.uint8)
-        ranges_m = np.where(hit, length_m, np.nan).astype(np.float32)
-        (scan,) = self.errors.apply((Scan(0, 0.0, 0.0, STEP_RAD, ranges_m, status),), rng)
-        lost = hit & (scan.status != BeamStatus.OK)
-        return np.where(hit & ~lost, scan.ranges_m, length_m).astype(np.float64), lost
+        scans: tuple[Scan, ...] = (Scan(0, BEAM_NS, -(len(found) - 1) / 2 * STEP_RAD, STEP_RAD, ranges_m, status),)
+        if self.errors:
+            scans = self.errors.apply(scans, rng)
+        return guarded_leg.cloud_of(GuardLine(scans[0], config.drive_guard.tilt_rad, believed), config)
 
 
 def line_scanner(config: Config) -> LineScanner:
