@@ -14,9 +14,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from onboard import config
 from onboard.native import each
@@ -28,6 +30,7 @@ ORIENTATIONS = 8
 PLANE_M = 0.9  # side of the window of the fitted plane
 LEAST_OF_PLANE = 20  # known cells that a plane needs, a quarter of its window: with fewer, at a rim, noise makes slopes
 CLOSE_M = 0.5  # the soft cost of closeness falls to 0 over this distance
+HOLE_M = 0.8  # widest hole whose rim is told from a rock
 SIGMAS = 2.0  # of the rover's position: it may be this much nearer to a blocked pose than estimated
 
 
@@ -91,24 +94,44 @@ def tall(surface: Surface, step_m: float) -> Bool:
     """Cells that stand out of the ground around them by more than a step, bool (rows, columns): the top of a rock.
 
     The height counts over the lowest of the 8 neighbours, and over the lowest mean of two opposite cells, one or two
-    cells
-    away: on a slope that mean is the height of the cell itself.
+    cells away: on a slope that mean is the height of the cell itself. A mean does not count if just one of its cells
+    lies in a hole: at the rim of a hole it is far below the level ground of the other side.
     """
-    top, low = surface.z_top.astype(np.float64), np.pad(surface.z_bot.astype(np.float64), 2, constant_values=np.nan)
+    top, bottom = surface.z_top.astype(np.float64), surface.z_bot.astype(np.float64)
+    low = np.pad(bottom, 2, constant_values=np.nan)
+    hole = np.pad(filled(bottom, surface.grid.cell_m) - bottom > step_m, 2)
     rows, columns = top.shape
 
-    def beside(dj: int, di: int) -> F64:
-        return low[2 + dj : 2 + dj + rows, 2 + di : 2 + di + columns]
+    def beside(layer: NDArray[Any], dj: int, di: int) -> NDArray[Any]:
+        return layer[2 + dj : 2 + dj + rows, 2 + di : 2 + di + columns]
 
     ground, middle = np.full(top.shape, np.inf), np.full(top.shape, np.inf)
     for dj, di in ((0, 1), (1, 0), (1, 1), (1, -1)):
         for far in (1, 2):
-            one, other = beside(far * dj, far * di), beside(-far * dj, -far * di)
-            middle = np.fmin(middle, (one + other) / 2)
+            one, other = beside(low, far * dj, far * di), beside(low, -far * dj, -far * di)
+            alike = beside(hole, far * dj, far * di) == beside(hole, -far * dj, -far * di)
+            middle = np.where(alike, np.fmin(middle, (one + other) / 2), middle)
             if far == 1:
                 ground = np.fmin(ground, np.fmin(one, other))
     stands: Bool = (top - ground > step_m) & (top - middle > step_m)
     return stands
+
+
+def filled(z_m: F64, cell_m: float) -> F64:
+    """Heights (rows, columns) with narrow holes filled to the lowest part of their rims; NaN stays NaN.
+
+    A cell rises only if higher ground lies on both sides of it along each of rows, columns and both diagonals, with
+    less than about HOLE_M between. Ground between rocks is open to some side and stays as it is. An unknown cell, or
+    one off the grid, is no rim.
+    """
+    straight, across = (2 * math.ceil(HOLE_M / step_m / 2) + 1 for step_m in (cell_m, cell_m * math.sqrt(2.0)))
+    lines = (np.ones((1, straight)), np.ones((straight, 1)), np.eye(across), np.eye(across)[::-1])
+    known = np.where(np.isnan(z_m), -np.inf, z_m)
+    level = np.full(z_m.shape, np.inf)
+    for line in lines:
+        rims = ndimage.maximum_filter(known, footprint=line, mode="constant", cval=-np.inf)
+        level = np.minimum(level, ndimage.minimum_filter(rims, footprint=line, mode="constant", cval=-np.inf))
+    return np.maximum(z_m, level)
 
 
 def trail(freedom: U8, poses: NDArray[np.integer]) -> U8:

@@ -154,6 +154,36 @@ def test_a_stone_stands_out_of_a_slope_and_of_level_ground_and_the_slope_itself_
         assert np.argwhere(poses.tall(ground(z), 0.06)).tolist() == [[8, 9]]
 
 
+def test_the_rim_of_a_hole_does_not_stand_out_and_a_rock_beside_it_does() -> None:
+    z = np.zeros((31, 31))
+    z[12:16, 12:17] = -0.25
+    assert not poses.tall(ground(z), 0.06).any()
+    z[15, 18] += 0.09
+    z[6, 6] += 0.09
+    assert np.argwhere(poses.tall(ground(z), 0.06)).tolist() == [[6, 6], [15, 18]]
+
+
+def test_a_rock_in_a_bowl_and_rocks_around_a_gap_stand_out() -> None:
+    away = np.hypot(*np.mgrid[-15:16, -15:16])
+    bowl = 0.10 * np.minimum(away / 4, 1.0)
+    bowl[15, 15] += 0.09
+    assert poses.tall(ground(bowl), 0.06)[15, 15]
+    gap = np.zeros((31, 31))
+    gap[15, [12, 18]] = gap[[12, 18], 15] = 0.09
+    assert poses.tall(ground(gap), 0.06).sum() == 4
+
+
+def test_only_narrow_holes_with_known_rims_on_all_sides_are_filled() -> None:
+    away = np.hypot(*np.mgrid[-15:16, -15:16])
+    hole, wide = (np.where(away <= radius, -0.2, 0.0) for radius in (3.0, 6.0))
+    assert (poses.filled(hole, 0.1) == 0.0).all()
+    assert poses.filled(wide, 0.1)[15, 15] == -0.2
+    ditch, dark = hole.copy(), hole.copy()
+    ditch[:, 15], dark[:12] = -0.2, np.nan
+    assert poses.filled(ditch, 0.1)[15, 15] == -0.2
+    assert poses.filled(dark, 0.1)[13, 15] == -0.2 and poses.filled(hole[15:], 0.1)[0, 15] == -0.2
+
+
 def test_no_free_pose_lets_a_tyre_touch_the_middle_of_what_stands_out_wherever_in_its_cell_the_rover_is() -> None:
     z = np.zeros((31, 31))
     z[15, 15] += 0.09
