@@ -90,13 +90,13 @@ def height_at(surface: Surface, x_m: F64, y_m: F64) -> F64:
     return np.where(inside, (1.0 - b) * low + b * high, np.nan)
 
 
-def enter(strip: Ldem, line: Cloud, stop: int) -> Ldem:
+def enter(strip: Ldem, line: Cloud) -> Ldem:
     """The strip with one more line added; hits are summed, nothing is replaced.
 
     Only beams that returned are used: the end of a beam without a return is unknown, so its path under the ground
     proves no hole.
     """
-    return ldem.insert(strip, replace(line, ends_m=line.ends_m[line.hit], hit=line.hit[line.hit]), stop, near_m=0.0)
+    return ldem.insert(strip, replace(line, ends_m=line.ends_m[line.hit], hit=line.hit[line.hit]), stop=0, near_m=0.0)
 
 
 def merge(memory: Ldem, strip: Ldem, pose: Pose, ahead_m: float, mapping: config.Mapping_) -> Ldem:
@@ -105,7 +105,8 @@ def merge(memory: Ldem, strip: Ldem, pose: Pose, ahead_m: float, mapping: config
     pose: where the leg ended.
     ahead_m: distance of the line ahead of it. Cells from 0.2 m behind the line on are left out: the line has seen only
         the front of a rock there. Bounds: z_top upward, z_bot and z_ray downward, with the map's own noise added back.
-        A view is recorded only for cells that took its data.
+        A view is recorded only for cells that took its data. A cell keeps the
+        stop of its last sweep, so the next sweep from near replaces what the strip put in.
     """
     memory = ldem.grow(memory, pose.x_m, pose.y_m, mapping.size_m / 2)
     part = ldem.crop(strip, memory.grid)
@@ -125,7 +126,6 @@ def merge(memory: Ldem, strip: Ldem, pose: Pose, ahead_m: float, mapping: config
         sum_sigma=np.where(fill, part.sum_sigma, memory.sum_sigma),
         z_ray=np.where(seen, ray, memory.z_ray),
         view_m=np.where(nearer, part.view_m, memory.view_m),
-        stop=np.where(nearer, part.stop, memory.stop),
     )
 
 

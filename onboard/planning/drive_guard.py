@@ -74,7 +74,6 @@ class Watch:
 
     surface: the map at the leg's start.
     strip: strip map on the same grid.
-    stop: number of the leg's stop.
     suspects: for each reason, (rows, columns) int8: the number of latest consecutive lines or evaluations that found
         the cell.
     line_m: position of the line at the last evaluation.
@@ -82,15 +81,14 @@ class Watch:
 
     surface: Surface
     strip: Ldem
-    stop: int
     suspects: dict[str, I8]
     line_m: tuple[float, float]
 
 
-def begin(surface: Surface, stop: int) -> Watch:
+def begin(surface: Surface) -> Watch:
     """The guard at the start of a leg, before its first line."""
     nothing = np.zeros(surface.z_mean.shape, np.int8)
-    return Watch(surface, ldem.empty(surface.grid), stop, dict.fromkeys(REASONS, nothing), (math.inf, math.inf))
+    return Watch(surface, ldem.empty(surface.grid), dict.fromkeys(REASONS, nothing), (math.inf, math.inf))
 
 
 def ahead_m(rover: config.Rover, guard: config.DriveGuard) -> float:
@@ -114,7 +112,7 @@ def hear(watch: Watch, line: Cloud, pose: Pose, tracks: Bool, settings: Settings
         "change": _changed(levelled, tracks, watch.surface.grid, settings.guard.depth_m),
         "no return": _silent(line, pose, tracks, watch.surface.grid),
     }
-    watch = replace(watch, strip=strip_map.enter(watch.strip, levelled.cloud, watch.stop))
+    watch = replace(watch, strip=strip_map.enter(watch.strip, levelled.cloud))
     at = ahead_m(settings.rover, settings.guard)
     here = (pose.x_m + at * cos(pose.yaw_rad), pose.y_m + at * sin(pose.yaw_rad))
     if dist(here, watch.line_m) >= EVALUATE_M or not math.isfinite(watch.line_m[0]):

@@ -54,7 +54,7 @@ def settings_of(config: Config) -> Settings:
     return Settings(config.rover, config.mapping, config.drive_guard)
 
 
-def begin(memory: StopMap, pose: Pose, ways: tuple[F64, F64], stop: int, config: Config) -> Leg:
+def begin(memory: StopMap, pose: Pose, ways: tuple[F64, F64], config: Config) -> Leg:
     """The guard of a leg that begins at `pose`.
 
     ways: stations (k, 3) to come, and the trail (m, 3) driven so far.
@@ -63,7 +63,7 @@ def begin(memory: StopMap, pose: Pose, ways: tuple[F64, F64], stop: int, config:
     reach_m = MARGIN_M + float(np.abs(stations[:, :2] - (pose.x_m, pose.y_m)).max(initial=0.0))
     surface = classify(ldem.window(memory.cells, pose.x_m, pose.y_m, 2 * reach_m), config.mapping)
     ahead = tracks(stations, trail, surface.grid, config.rover)
-    return Leg(drive_guard.begin(surface, stop), stations, trail, 0, ahead)
+    return Leg(drive_guard.begin(surface), stations, trail, 0, ahead)
 
 
 def hear(leg: Leg, line: Cloud, pose: Pose, settings: Settings) -> tuple[Leg, tuple[Bad, ...]]:

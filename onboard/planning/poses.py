@@ -124,14 +124,17 @@ def filled(z_m: F64, cell_m: float) -> F64:
     less than about HOLE_M between. Ground between rocks is open to some side and stays as it is. An unknown cell, or
     one off the grid, is no rim.
     """
-    straight, across = (2 * math.ceil(HOLE_M / step_m / 2) + 1 for step_m in (cell_m, cell_m * math.sqrt(2.0)))
-    lines = (np.ones((1, straight)), np.ones((straight, 1)), np.eye(across), np.eye(across)[::-1])
+    straight, across = (2 * math.ceil(HOLE_M / apart_m / 2) + 1 for apart_m in (cell_m, cell_m * math.sqrt(2.0)))
+    diagonal = np.eye(across, dtype=np.bool_)
+    row = np.ones((1, straight), np.bool_)
+    lines: tuple[Bool, ...] = (row, row.T, diagonal, diagonal[::-1])
     known = np.where(np.isnan(z_m), -np.inf, z_m)
     level = np.full(z_m.shape, np.inf)
     for line in lines:
         rims = ndimage.maximum_filter(known, footprint=line, mode="constant", cval=-np.inf)
         level = np.minimum(level, ndimage.minimum_filter(rims, footprint=line, mode="constant", cval=-np.inf))
-    return np.maximum(z_m, level)
+    full: F64 = np.maximum(z_m, level)
+    return full
 
 
 def trail(freedom: U8, poses: NDArray[np.integer]) -> U8:

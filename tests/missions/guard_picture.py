@@ -36,7 +36,7 @@ def stopped() -> Stopped:
     trench = World(GRID, even.heights_m, even.start, even.goal_m, 1, "trench", even.holes)
     stations = np.column_stack([np.arange(0.0, 4.0, 0.05), np.zeros(80), np.zeros(80)])
     assert mission.flight.memory
-    leg = guarded_leg.begin(mission.flight.memory, Pose(0.0, 0.0), (stations, np.empty((0, 3))), 1, config)
+    leg = guarded_leg.begin(mission.flight.memory, Pose(0.0, 0.0), (stations, np.empty((0, 3))), config)
     for k in range(200):
         pose = Pose(k * LINE_M, 0.0)
         line = mission.lines.line(trench, pose, pose, mission.rng)

@@ -109,10 +109,10 @@ class Guarded(Kinematic):
 
     def _drive(self, decision: Decision) -> bool:
         assert self.flight.memory
-        stop, pose = len(self.flight.stops), self.estimate
+        pose = self.estimate
         drive = self._in_steps(decision.path.stations)
         ways = (drive.stations[drive.feel > 0], self._driven())
-        leg = guarded_leg.begin(self.flight.memory, pose, ways, stop, self.config)
+        leg = guarded_leg.begin(self.flight.memory, pose, ways, self.config)
         bad: tuple[Bad, ...] = ()
         k, end = -1, len(drive.stations) - 1
         while k < end:

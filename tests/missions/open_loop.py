@@ -122,7 +122,7 @@ class OpenLoop(Guarded):
         drive = self._in_steps(leg)
         reach = MARGIN_M + float(np.abs(leg[:, :2] - leg[0, :2]).max())
         window = ldem.window(self.flight.memory.cells, leg[0, 0], leg[0, 1], 2 * reach)
-        watch = drive_guard.begin(classify(window, self.config.mapping), 0)
+        watch = drive_guard.begin(classify(window, self.config.mapping))
         ahead = np.zeros(watch.surface.z_mean.shape, np.bool_)
         named_m, met_m, others = math.nan, math.nan, set()
         for k in range(len(drive.stations)):

@@ -51,7 +51,7 @@ def line(x_m, ground, silent=lambda x, y: False):
 
 def drive(ground, silent=lambda x, y: False, surface=None, path=WAY, trail=(), lost=lambda k: False):
     """Lines every 22 mm over ground the map calls even, until the first trigger: where the rover was, and the cells."""
-    watch = drive_guard.begin(surface or known_flat(), 1)
+    watch = drive_guard.begin(surface or known_flat())
     trail = np.array(trail, float).reshape(-1, 3)
     for k, x in enumerate(np.arange(0.3, 1.1, 0.022)):
         ahead = tracks(path[path[:, 0] >= x], trail, GRID, ROVER)
@@ -127,7 +127,7 @@ def test_strip_allows_a_known_stone_to_lie_a_cell_beside_where_the_map_has_it(of
         return rock(x, y) * 0.07 / 0.15
 
     def judged(surface):
-        watch = drive_guard.begin(surface, 1)
+        watch = drive_guard.begin(surface)
         ahead = tracks(WAY, np.empty((0, 3)), GRID, ROVER)
         for x in np.arange(0.3, 1.1, 0.022):
             watch, _ = drive_guard.hear(watch, line(x, low), Pose(float(x), 0.0), ahead, SETTINGS)

@@ -92,6 +92,15 @@ def test_strip_widens_the_bounds_of_known_cells_and_replaces_nothing(strip_z, lo
     assert found["view_m"] == 1.0
 
 
+@pytest.mark.parametrize("hits", [0, 50])
+def test_next_sweep_from_near_replaces_what_the_strip_put_in(hits):
+    map_ = replace(cells(n=hits, view_m=4.0), stop=np.full((GRID.rows, GRID.columns), 3, np.int16))
+    with_strip = merged(map_, cells(z=0.3, n=9))
+    sweep = Cloud(np.array([0.0, 0.0, 0.7]), np.full((5, 3), (0.05, 0.05, 0.0), np.float32), np.ones(5, bool), 0.0)
+    found = at_origin(ldem.insert(with_strip, sweep, 4, MAPPING.near_m))
+    assert (found["n"], found["z_lo"], found["z_hi"]) == (5, 0.0, 0.0)
+
+
 def test_view_is_credited_only_where_its_data_went_in():
     none = at_origin(merged(cells(view_m=4.0), ldem.empty(GRID)))
     assert none["view_m"] == 4.0

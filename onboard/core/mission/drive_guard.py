@@ -49,9 +49,9 @@ class Guarding:
         self._held_ns: int | None = None  # time since which the axis is in position
         self._line_ns = 0
 
-    def begin(self, ctx: Context, memory: StopMap, ways: tuple[F64, F64], stop: int) -> None:
+    def begin(self, ctx: Context, memory: StopMap, ways: tuple[F64, F64]) -> None:
         """Begin a leg. ways: stations (k, 3) ahead, and the trail (m, 3) driven so far."""
-        self._submit(ctx, "guard_begin", (memory, ctx.localisation.pose, ways, stop, self._config))
+        self._submit(ctx, "guard_begin", (memory, ctx.localisation.pose, ways, self._config))
 
     def step(self, ctx: Context) -> bool:
         """Process one tick; return whether the guard watches, so that the rover may drive."""

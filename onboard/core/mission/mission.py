@@ -313,7 +313,7 @@ class Mission:
         self.phase, self._driven = Phase.DRIVING, False
         if self._config.drive_guard.on and path.length_m > 0.0:
             self._guard = Guarding(self._config)
-            self._guard.begin(ctx, self.memory, (path.stations, self._way.trail), self.stop)
+            self._guard.begin(ctx, self.memory, (path.stations, self._way.trail))
 
     def _driving(self, ctx: Context) -> Twist:
         assert self.decision
