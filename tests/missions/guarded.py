@@ -16,6 +16,7 @@ from onboard.config import Config, Rover
 from onboard.perception import ldem
 from onboard.planning import guarded_leg
 from onboard.planning.drive_guard import Bad
+from onboard.planning.fences import KEEP_OUT, Fence
 from onboard.planning.mission_rule import interrupted
 from onboard.planning.plan_records import GuardLine, PlanResult
 from onboard.records import F64, BeamStatus, CellClass, Cloud, Decision, Pose, Scan, Surface
@@ -25,6 +26,7 @@ from tests.missions.mission import Errors, Flight, Kinematic, unseen
 from tests.missions.scan_errors import ScanErrors
 from tests.missions.scanner import BEAM_NS, FAR_M, STEP_RAD, Scanner, hull_way_m
 from tests.missions.world import World, wheels
+from tests.scenarios.mission import strips
 
 LINE_M, LINE_RAD = 0.022, math.radians(1.5)
 FEEL_M, FEEL_RAD = 0.05, math.radians(11.25)  # contacts and tracks are checked this often
@@ -94,7 +96,10 @@ class Drive:
 
 
 class Guarded(Kinematic):
-    """A mission whose drives drift; with `drive_guard.on` the guard is active."""
+    """A mission whose drives drift, with keep-outs along the field's edges; with `drive_guard.on` the guard is active.
+
+    There is no ground beyond the edges: a line that crosses one has no return there, and the guard would stop.
+    """
 
     def __init__(self, world: World, scanner: Scanner, errors: Errors, seed: int, drift: Drift = FLOWN_DRIFT) -> None:
         super().__init__(world, scanner, errors, seed, drift=drift)
@@ -102,6 +107,7 @@ class Guarded(Kinematic):
         self.lines = replace(line_scanner(self.config), errors=scanner.errors)
         self.settings = guarded_leg.settings_of(self.config)
         self.before = self.rule
+        self.fences = tuple(Fence(name, KEEP_OUT, corners) for name, corners in strips(world.grid).items())
 
     def _plan(self) -> PlanResult:
         self.before = self.rule

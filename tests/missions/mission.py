@@ -19,6 +19,7 @@ from onboard.perception import ldem
 from onboard.perception.cell_classes import classify
 from onboard.perception.stop_map import NO_POINTS, StopMap, look, remember
 from onboard.planning.cycle import plan
+from onboard.planning.fences import Fence
 from onboard.planning.mission_rule import MissionState
 from onboard.planning.plan_records import PlanRequest, PlanResult, Settings
 from onboard.planning.wheel_footprint import lattice
@@ -103,6 +104,7 @@ class Kinematic:
         self.true = self._stand(world.start.x_m, world.start.y_m, world.start.yaw_rad)
         self.estimate = self.felt = self.true
         self.rule = MissionState()
+        self.fences: tuple[Fence, ...] = ()
         self.trail: list[tuple[float, float, float]] = []
 
     def fly(self) -> Flight:
@@ -165,6 +167,7 @@ class Kinematic:
             trail=self._driven(),
             blocked_m=self.flight.memory.blocked_m,
             unseen_m=self.flight.memory.unseen_m,
+            fences=self.fences,
         )
         return plan(request)
 

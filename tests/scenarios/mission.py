@@ -5,10 +5,13 @@ The bench has no ground beyond its fields: a look over an edge sees nothing, and
 
 from __future__ import annotations
 
+from itertools import chain
+
 from hil.run.in_process import CAMPAIGN_STEP_NS, GOTO_S, InMemory
 from hil.scenarios.model import Scenario, ground_of
 from hil.terrain.field import Field
 from hil.world.operator import Order
+from onboard.records import Grid
 
 LIMIT_S = 3600.0
 KEEP_OUT_M = 0.6  # from the field's edge; the bench ends a flight whose body's middle is 0.5 m from it
@@ -22,18 +25,23 @@ def bench_to_goal(scenario: Scenario) -> InMemory:
 
 def edges(field: Field) -> tuple[Order, ...]:
     """Return the orders of four keep-outs, a strip along each edge of the field."""
-    west, south = field.grid.x0_m, field.grid.y0_m
-    east, north = field.grid.centre(field.grid.rows - 1, field.grid.columns - 1)
-    strips = {
+    return tuple(
+        Order(GOTO_S, "fence_add", {"fence": name, "kind": "keep_out", "corners_m": tuple(chain(*corners))})
+        for name, corners in strips(field.grid).items()
+    )
+
+
+def strips(grid: Grid) -> dict[str, tuple[tuple[float, float], ...]]:
+    """Return the corners of a strip along each edge of a grid."""
+    west, south = grid.x0_m, grid.y0_m
+    east, north = grid.centre(grid.rows - 1, grid.columns - 1)
+    boxes = {
         "west": (west, south, west + KEEP_OUT_M, north),
         "east": (east - KEEP_OUT_M, south, east, north),
         "south": (west, south, east, south + KEEP_OUT_M),
         "north": (west, north - KEEP_OUT_M, east, north),
     }
-    return tuple(
-        Order(GOTO_S, "fence_add", {"fence": name, "kind": "keep_out", "corners_m": (x0, y0, x1, y0, x1, y1, x0, y1)})
-        for name, (x0, y0, x1, y1) in strips.items()
-    )
+    return {name: ((x0, y0), (x1, y0), (x1, y1), (x0, y1)) for name, (x0, y0, x1, y1) in boxes.items()}
 
 
 def goto(goal_m: tuple[float, float]) -> Order:
