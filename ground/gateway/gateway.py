@@ -22,8 +22,9 @@ from ground.gateway.missions import Missions, RefusedItemError, To, goal_of
 from ground.gateway.orders import Asked, Known
 from ground.gateway.origin import Origin
 from ground.gateway.parameter_desk import ParameterDesk
+from ground.gateway.seen import Seen
 from ground.gateway.texts import Texts
-from ground.gateway.vehicle import MESSAGES, Seen, heartbeat, told_by
+from ground.gateway.vehicle import MESSAGES, heartbeat, told_by
 from ground.link.contact import SILENT_NS, Contact
 from ground.link.news import EventHeard, Item, News
 from ground.link.session import Session

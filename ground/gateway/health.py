@@ -14,7 +14,7 @@ from protocol.tables.faults import named
 from protocol.tables.modes import TABLE as MODES
 
 if TYPE_CHECKING:
-    from ground.gateway.vehicle import Seen
+    from ground.gateway.seen import Seen
 
 _GRACE_NS = 1_000_000_000  # in which a starting rover reports no IMU_DEAD yet
 _RATES = tuple(f"rate_{n}_radps" for n in (1, 2, 3, 4))

@@ -6,15 +6,13 @@ Computed and returned in float64; only `hypot` of two float32 arrays stays in fl
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, overload
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from onboard.native.arrays import F32, F64
 from onboard.native.variant import kernels
-
-if TYPE_CHECKING:  # the records import this module
-    from onboard.records import F32, F64
 
 
 class Each:

@@ -14,6 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from onboard.native.arrays import F32 as F32
+from onboard.native.arrays import F64 as F64
 from onboard.records.maps import I32 as I32
 from onboard.records.maps import U8 as U8
 from onboard.records.maps import Bool as Bool
@@ -25,8 +27,6 @@ from onboard.records.maps import Grid as Grid
 from onboard.records.maps import Ldem as Ldem
 from onboard.records.maps import NodeSet as NodeSet
 from onboard.records.maps import Surface as Surface
-from onboard.records.motion import F32 as F32
-from onboard.records.motion import F64 as F64
 from onboard.records.motion import Decision as Decision
 from onboard.records.motion import Estimate as Estimate
 from onboard.records.motion import Path as Path

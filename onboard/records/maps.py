@@ -8,7 +8,8 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from onboard.records.motion import F32, F64, Pose
+from onboard.native.arrays import F32, F64
+from onboard.records.motion import Pose
 
 U8 = NDArray[np.uint8]
 I32 = NDArray[np.int32]

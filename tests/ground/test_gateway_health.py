@@ -5,7 +5,7 @@ from gateway_bed import ORIGIN, Bed, Client
 
 from ground.gateway.frames import mavlink as m
 from ground.gateway.health import DEVICES, masks
-from ground.gateway.vehicle import Seen
+from ground.gateway.seen import Seen
 from protocol.tables.faults import BY_NAME
 from protocol.tables.modes import Mode
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, TypeVar
 import click
 from click.exceptions import Exit
 
+from onboard.bringup.lidar.address import address_of
 from onboard.bringup.lidar.lag_command import lag_command
 from onboard.command_line import (
     EX_CANTCREAT,
@@ -302,13 +303,3 @@ def _config(address: str, settings: tuple[str, ...]) -> Config:
         return load(None, {**dict(parse_override(text) for text in settings), "lidar.address": address_of(address)})
     except ConfigError as error:
         raise fail(EX_CONFIG, str(error)) from None
-
-
-def address_of(text: str) -> str:
-    """Address in the form that the ports accept: a path alone is a tty, and paths are absolute."""
-    kind, mark, path = text.partition(":")
-    if mark and kind != "tty":
-        return text
-    path = path if mark else text
-    is_path = mark or "/" in path or Path(path.partition("@")[0]).exists()
-    return f"tty:{Path(path).absolute()}" if path and is_path else text

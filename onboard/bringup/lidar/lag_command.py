@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import click
 
 from onboard.bringup.can.command import URI_HELP, json_option
+from onboard.bringup.lidar.address import address_of
 from onboard.command_line import (
     EX_CANTCREAT,
     EX_DATAERR,
@@ -110,7 +111,6 @@ def _recorded(path: Path) -> tuple[Config, list[Scan3d]]:
 
 
 def _address(config: Config, address: str, uri: str | None, record: Path) -> Config:
-    from onboard.bringup.lidar.command import address_of
 
     lidar = replace(config.lidar, address=address_of(address)) if address else config.lidar
     return replace(
