@@ -18,8 +18,9 @@ from typing import TYPE_CHECKING
 
 from onboard.config import Config, ConfigError
 from onboard.core.jobs import JOBS
+from onboard.core.rover import Rover
 from onboard.core.schedule import Group
-from onboard.core.tick import Rover, darken, farewell, tick
+from onboard.core.tick import darken, farewell, tick
 from onboard.drivers.can.bus import CanPort
 from onboard.drivers.lidar.byte_listener import LidarEar
 from onboard.drivers.lidar.port import LidarPort, open_port

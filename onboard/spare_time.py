@@ -10,7 +10,7 @@ import os
 from dataclasses import dataclass, field
 
 from onboard.config import Config
-from onboard.core.tick import Rover
+from onboard.core.rover import Rover
 from onboard.drivers.lidar.port import LidarPort
 from onboard.drivers.platform.clock import LockStepClock, WallClock
 from onboard.drivers.platform.memory import trim

@@ -32,7 +32,7 @@ from hil.world.truth import Truth
 from hil.world.world import NS, World
 from onboard.config import Config, load
 from onboard.config import Rover as BuiltRover
-from onboard.core.tick import Rover as Rover
+from onboard.core.rover import Rover as Rover
 from onboard.core.tick import tick
 from onboard.drivers.platform.workers import Inline
 from onboard.record.writer import Recorder

@@ -10,7 +10,8 @@ from typing import Any
 
 from onboard.config import Config, ConfigError, load
 from onboard.core.jobs import JOBS
-from onboard.core.tick import Rover, tick
+from onboard.core.rover import Rover
+from onboard.core.tick import tick
 from onboard.drivers.platform.workers import Inline
 from onboard.maps.gdem_file import from_npz
 from onboard.perception.stop_map import StopMap, recall

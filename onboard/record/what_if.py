@@ -18,7 +18,8 @@ from typing import Any, NamedTuple
 
 from onboard.config import Config, load
 from onboard.config_text import word
-from onboard.core.tick import Rover, tick
+from onboard.core.rover import Rover
+from onboard.core.tick import tick
 from onboard.drivers.platform.workers import Inline
 from onboard.record import registrations
 from onboard.record.reader import check_inputs, inputs_of, open_record, reading

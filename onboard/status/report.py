@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from onboard.core.rover import Rover
 from onboard.core.schedule import GROUPS
-from onboard.core.tick import Rover
 from onboard.core.tick_timing import Pace, quantile_us
 from onboard.drivers.platform.realtime import Grant
 from onboard.records import Machine

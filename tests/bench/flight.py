@@ -17,7 +17,8 @@ from hil.run.run import RunResult, run
 from hil.scenarios.model import Scenario
 from onboard.app import LATER, load_gdem
 from onboard.config import load
-from onboard.core.tick import Rover, tick
+from onboard.core.rover import Rover
+from onboard.core.tick import tick
 from onboard.drivers.platform.workers import Inline
 from onboard.record.reader import ticks_of
 from onboard.record.replay import replay

@@ -19,7 +19,8 @@ from hil.devices.lidar.profile import IDEAL, stamp_to_first_byte_ns
 from hil.devices.lidar.sensor import Lidar
 from hil.records import PlantState, WheelTruth
 from onboard import config
-from onboard.core.tick import Rover, tick
+from onboard.core.rover import Rover
+from onboard.core.tick import tick
 from onboard.drivers.platform.workers import perform
 from onboard.motion.kinematics import wheel_places
 from onboard.motion.odometry import body_twist

@@ -10,7 +10,8 @@ import numpy as np
 from hil.devices.can.nodes import build_nodes
 from hil.records import PlantState, WheelTruth
 from onboard.config import load
-from onboard.core.tick import Rover, tick
+from onboard.core.rover import Rover
+from onboard.core.tick import tick
 from onboard.record.writer import Recorder
 from onboard.records import (
     BusStatus,

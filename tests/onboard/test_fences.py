@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onboard import config
-from onboard.core.tick import Rover
+from onboard.core.rover import Rover
 from onboard.planning.fenced import MARGIN_M, STAND_M, closed, fenced, keep_out
 from onboard.planning.fences import GOAL, KEEP_OUT, Fence, entered, from_json, goal_refused, to_json
 from onboard.planning.poses import ORIENTATIONS, Freedom

@@ -8,7 +8,8 @@ import pytest
 from core_bench import QUICK, CoreBench, digest, first_map, quick
 
 from onboard import config
-from onboard.core.tick import Rover, tick
+from onboard.core.rover import Rover
+from onboard.core.tick import tick
 from onboard.drivers.platform.workers import Inline
 from protocol.link.transactions import State
 from protocol.tables.modes import Mode, Phase

@@ -17,7 +17,7 @@ from test_disk import seen
 from onboard import app
 from onboard.config import Localisation, State
 from onboard.core.pose_store import STEP_M, STEP_RAD
-from onboard.core.tick import Rover
+from onboard.core.rover import Rover
 from onboard.drivers.storage import map_tiles as disk
 from onboard.drivers.storage.map_tiles import Keeper, write_whole
 from onboard.drivers.storage.state_folder import StateFolder, count_boot, read_kept

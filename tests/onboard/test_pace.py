@@ -6,8 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onboard.config import Config
+from onboard.core.rover import Rover
 from onboard.core.schedule import GROUPS, Group, Scheduler
-from onboard.core.tick import Rover, tick
+from onboard.core.tick import tick
 from onboard.core.tick_timing import BINS, Pace, lateness_bin, quantile_us
 from onboard.drivers.platform.stopwatch import Stopwatch, Unmeasured
 from onboard.records import Health, Inputs, Timing

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from onboard import config
 from onboard.config import AT_ONCE, NEXT_MISSION, RESTART, Config
-from onboard.core.tick import Rover, tick
+from onboard.core.rover import Rover
+from onboard.core.tick import tick
 from onboard.drivers.storage import map_tiles as disk
 from onboard.drivers.storage.state_folder import StateFolder, read_kept
 from onboard.parameters import MOST_CHANGES, TABLE, Settings, listing, recalled

@@ -14,7 +14,7 @@ from mcap.writer import Writer
 from record_rig import TICKS, fly, of_everything
 
 from onboard.__main__ import app
-from onboard.core import tick as tick_module
+from onboard.core import snapshots
 from onboard.record.reader import DamagedRecordError, open_record
 from onboard.record.replay import replay
 from onboard.record.replay_command import print_verdict
@@ -127,14 +127,14 @@ def test_a_flipped_bit_in_a_digest_is_a_difference(full, ticks, tmp_path):
 
 def test_a_difference_of_the_state_names_the_first_item(record, monkeypatch):
     """A core whose speed is another in its last bit, from tick 7 on."""
-    whole, calls = tick_module.state_items, iter(range(1, TICKS + 1))
+    whole, calls = snapshots.state_items, iter(range(1, TICKS + 1))
 
     def other(rover):
         state = whole(rover)
         after = math.nextafter(state["localisation"][2], math.inf) if next(calls) >= 7 else state["localisation"][2]
         return {**state, "localisation": (*state["localisation"][:2], after, *state["localisation"][3:])}
 
-    monkeypatch.setattr(tick_module, "state_items", other)
+    monkeypatch.setattr(snapshots, "state_items", other)
     verdict = replay(record)
     assert verdict.first_difference.startswith("tick 7, channel /out/tick, ")
     assert "localisation[2]" in verdict.first_difference

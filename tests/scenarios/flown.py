@@ -13,7 +13,7 @@ from typing import Any
 
 from hil.records import PlantState
 from hil.run.in_process import InMemory
-from onboard.core.tick import Rover
+from onboard.core.rover import Rover
 from onboard.records import Inputs, Outputs
 from protocol.link.transactions import State
 from protocol.tables.modes import Phase

@@ -21,7 +21,7 @@ from hil.scenarios.model import Scenario
 from hil.terrain.field import Field, height_at
 from hil.terrain.recipe import Course, Recipe, compose
 from onboard import config
-from onboard.core.tick import Rover
+from onboard.core.rover import Rover
 from onboard.records import F64, Inputs, Outputs
 from protocol.conventions import WHEEL_SIGNS
 from protocol.tables.modes import Phase

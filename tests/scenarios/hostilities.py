@@ -22,7 +22,7 @@ import numpy as np
 from ground.gateway.frames import mavlink
 from ground.gateway.orders import Asked, Known, Request, order
 from ground.gateway.origin import Origin
-from onboard.core.tick import Rover
+from onboard.core.rover import Rover
 from onboard.records import BusTrouble, Frame, Inputs, RecordTrouble
 from protocol.can.crc import seed as crc_seed
 from protocol.can.crc import sound

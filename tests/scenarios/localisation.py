@@ -29,7 +29,7 @@ from hil.terrain.recipe import Recipe, compose
 from hil.terrain.rock_sizes import PowerLaw
 from hil.world.operator import Order
 from hil.world.world import rotate
-from onboard.core.tick import Rover
+from onboard.core.rover import Rover
 from onboard.motion.kinematics import wheel_places
 from onboard.perception.localisation import Localisation
 from onboard.records import F64, Inputs, Outputs, Pose

@@ -29,7 +29,7 @@ from onboard.core.faults.wheels.blocks import SLEW_RADPS2
 from onboard.core.faults.wheels.seen import LEAST_MPS, approach
 from onboard.core.faults.wheels.slip import ASTRAY_RAD, CALM
 from onboard.core.faults.wheels.watch import WHEEL_ROWS
-from onboard.core.tick import Rover
+from onboard.core.rover import Rover
 from onboard.records import Event, Inputs, Outputs
 from protocol.tables.faults import BY_NAME, Step
 from tests.scenarios.true_slip import WINDOW_TICKS, TrueSlip

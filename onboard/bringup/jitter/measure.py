@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from onboard.bringup.jitter.job import request
 from onboard.config import Config
 from onboard.core.jobs import JOBS
-from onboard.core.tick import Rover, tick
+from onboard.core.rover import Rover
+from onboard.core.tick import tick
 from onboard.drivers.platform.clock import WallClock, wait_for
 from onboard.drivers.platform.realtime import Grant, RealTime
 from onboard.drivers.platform.stopwatch import Stopwatch

@@ -22,7 +22,8 @@ from can.interfaces.socketcand.socketcand import SocketCanDaemonBus
 from hil.devices.can.nodes import build_nodes
 from hil.records import PlantState, WheelTruth
 from onboard.config import load
-from onboard.core.tick import Rover, tick
+from onboard.core.rover import Rover
+from onboard.core.tick import tick
 from onboard.drivers.can.socketcand import DaemonBus
 from onboard.record.schema import encode_inputs, encode_outputs
 from onboard.records import Chunk, Frame, Inputs, LinkMessage, Outputs, PortState, Twist
