@@ -26,7 +26,7 @@ from onboard.devices.nodes import Nodes
 from onboard.motion.wheel_health import SOUND, Wheels
 from onboard.perception.localisation import Localisation
 from onboard.records import Gdem, Twist, WheelCommand, WheelMode
-from onboard.records.status import HALTS
+from onboard.records.status import HALTS, Save
 
 if TYPE_CHECKING:  # built outside the tick, with modules that the core does not load
     from onboard.perception.stop_map import StopMap
@@ -69,3 +69,11 @@ class Rover:
     def config(self) -> Config:
         """The configuration with the operator's parameters as set now."""
         return self.parameters.config
+
+    def take_saves(self) -> tuple[Save, ...]:
+        """Return what is to be stored after this tick, once."""
+        owners = (self.parameters, self.fences, self.keeping, self.link)
+        saves = tuple(save for owner in owners for save in owner.saves)
+        for owner in owners:
+            owner.saves.clear()
+        return saves

@@ -1,4 +1,4 @@
-"""Snapshots of the rover's state: what the fault monitors and telemetry read, and what a replay compares."""
+"""Snapshots of the rover's state: what fault monitors, executive and telemetry read, and what a replay compares."""
 
 from __future__ import annotations
 
@@ -6,14 +6,15 @@ import hashlib
 import struct
 from collections.abc import Mapping, Sequence
 from itertools import chain
-from typing import Protocol
+from typing import Any, Protocol
 
+from onboard.core.context import Context
 from onboard.core.faults.monitors import Watched
 from onboard.core.faults.wheels.seen import Seen
 from onboard.core.rover import Rover
-from onboard.core.telemetry import View
+from onboard.core.telemetry import SAMPLERS, View
 from onboard.planning.fences import entered
-from onboard.records import ImuSample, Inputs
+from onboard.records import ImuSample, Inputs, Scan
 from protocol.conventions import TICK_NS
 from protocol.link.transactions import Order
 from protocol.tables.faults import BY_NAME
@@ -21,6 +22,28 @@ from protocol.tables.faults import BY_NAME
 
 class _Part(Protocol):
     def digest_items(self) -> Sequence[float]: ...
+
+
+def context(rover: Rover, inputs: Inputs, scans: Sequence[Scan], taken: Mapping[str, Any]) -> Context:
+    """Return what the phases of modes and mission see of the rover in this tick."""
+    return Context(
+        inputs.tick,
+        inputs.now_ns,
+        scans,
+        rover.lidar,
+        rover.nodes,
+        rover.localisation,
+        rover.jobs,
+        taken,
+        held=False,
+        wheels=rover.wheels,
+        found=rover.watch.faults,
+        fences=rover.fences.fences,
+        item=lambda name: SAMPLERS[name](view(rover)),
+        utc_ns=inputs.health.utc_ns,
+        used_up=rover.power.used_up | rover.computer.used_up,
+        seen=found(rover),
+    )
 
 
 def watched(rover: Rover, inputs: Inputs, orders: Sequence[Order]) -> Watched:

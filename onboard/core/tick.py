@@ -13,18 +13,14 @@ The executive's guide step then follows the path that the plan returned.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
 
 from onboard.core import snapshots
-from onboard.core.context import Context
 from onboard.core.faults.monitors import active_faults
 from onboard.core.rover import Rover
 from onboard.core.schedule import Group
-from onboard.core.telemetry import SAMPLERS
 from onboard.motion.kinematics import stopped, wheel_commands
 from onboard.records import Event, Inputs, Outputs, Scan, Twist, WheelCommand, WheelState
-from onboard.records.status import Save
 from protocol.tables.modes import Mode
 
 Mark = Callable[[Group], None]
@@ -56,7 +52,7 @@ def tick(rover: Rover, inputs: Inputs, mark: Mark = lambda _: None) -> Outputs:
     faults = rover.executive.masks.unmasked(active_faults(snapshots.watched(rover, inputs, orders)), now_ns)
 
     mark(Group.EXECUTIVE)
-    context = _context(rover, inputs, scans, taken)
+    context = snapshots.context(rover, inputs, scans, taken)
     rover.twist = rover.executive.step(orders, faults, context)
     for name in context.judge_anew:
         for watch in (rover.watch, rover.power, rover.computer):
@@ -80,35 +76,13 @@ def tick(rover: Rover, inputs: Inputs, mark: Mark = lambda _: None) -> Outputs:
         lidar_connect=rover.lidar.wants_connect(now_ns),
         link_payloads=rover.downlink.send(now_ns),
         jobs=rover.jobs.outgoing(),
-        saves=_saves(rover),
+        saves=rover.take_saves(),
         cancelled=rover.jobs.cancelled(),
         events=events,
         pose=(pose.x_m, pose.y_m, pose.z_m, pose.roll_rad, pose.pitch_rad, pose.yaw_rad),
         reboot=rover.executive.services.reboot_due(now_ns),
         state=(state := snapshots.state_items(rover)),  # after all that has been sent
         state_digest=snapshots.digest(state),
-    )
-
-
-def _context(rover: Rover, inputs: Inputs, scans: Sequence[Scan], taken: Mapping[str, Any]) -> Context:
-    """Return what the phases of modes and mission see of the rover in this tick."""
-    return Context(
-        inputs.tick,
-        inputs.now_ns,
-        scans,
-        rover.lidar,
-        rover.nodes,
-        rover.localisation,
-        rover.jobs,
-        taken,
-        held=False,
-        wheels=rover.wheels,
-        found=rover.watch.faults,
-        fences=rover.fences.fences,
-        item=lambda name: SAMPLERS[name](snapshots.view(rover)),
-        utc_ns=inputs.health.utc_ns,
-        used_up=rover.power.used_up | rover.computer.used_up,
-        seen=snapshots.found(rover),
     )
 
 
@@ -141,14 +115,6 @@ def darken(rover: Rover, inputs: Inputs) -> Outputs | None:
     if rover.lidar.dark:
         return None
     return Outputs(lidar_bytes=rover.lidar.send(inputs.now_ns))
-
-
-def _saves(rover: Rover) -> tuple[Save, ...]:
-    owners = (rover.parameters, rover.fences, rover.keeping, rover.link)
-    saves = tuple(save for owner in owners for save in owner.saves)
-    for owner in owners:
-        owner.saves.clear()
-    return saves
 
 
 def _steer(rover: Rover, wheels: Sequence[WheelState | None]) -> tuple[WheelCommand, ...]:
