@@ -7,7 +7,6 @@ from onboard import quiet_start  # first, before what takes long to load
 # isort: split
 import json
 import signal
-import sys
 from importlib.metadata import version as package_version
 from pathlib import Path
 from typing import Annotated

@@ -13,11 +13,11 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from ground.link.event_words import event_words
 from ground.report import pictures as draw
 from ground.report.page import Section, facts, numbers, page, paragraph, picture, table, verdict
 from ground.report.run_files import Contact, Run, Told, read_run
 from ground.report.words import ALWAYS, CONTACTS, EXPECTED_REFUSAL, RIM, RULES, SIGMA, TICKS, TIME_LINE, WHEELS
-from ground.link.event_words import event_words
 
 _TERRAINS = {"fbm": "fractal ground", "craters": "cratered ground", "real": "measured land", "flat": "flat ground"}
 _QUIET_EVENTS = ("PHASE", "DECISION")

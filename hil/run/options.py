@@ -17,10 +17,10 @@ from rich.text import Text
 
 from hil.devices.can.socket import NoInterfaceError
 from hil.run import demo as after
-from hil.view.doing import Doing
 from hil.run.folder import check
 from hil.run.status import status
 from hil.scenarios.model import Scenario
+from hil.view.doing import Doing
 from hil.world.contacts import Contact, lines
 from onboard.config import ConfigError
 from protocol.visible import visible_lines

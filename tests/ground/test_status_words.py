@@ -5,9 +5,9 @@ import math
 import pytest
 
 from ground.cli.operations.show import measured
+from ground.cli.operations.status_words import status_lines
 from ground.cli.verbs.history import argument_words
 from ground.cli.verbs.run_verb import _as_typed
-from ground.cli.operations.status_words import status_lines
 from protocol.tables.modes import Mode, Phase
 from protocol.tables.telemetry import TABLE
 

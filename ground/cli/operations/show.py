@@ -7,10 +7,10 @@ import math
 from enum import IntEnum
 from typing import Any
 
+from ground.link.event_words import event_words
 from ground.link.news import EventHeard, News, ProductHeard, Progress, ReportHeard
 from ground.link.schedule import utc_words
 from ground.link.session import Session
-from ground.link.event_words import event_words
 from protocol import WireError
 from protocol.link.bulk import Product
 from protocol.products.way import WayProduct, decode_way

@@ -12,12 +12,12 @@ import typer
 from ground.cli.operations import show
 from ground.cli.operations.operate import Plan
 from ground.cli.operations.script import parse
+from ground.cli.operations.status_words import status_lines
 from ground.cli.verbs.options import USAGE
 from ground.cli.verbs.run_verb import ask, last_words, leave, plan_of
 from ground.cli.verbs.screen import line_beside, line_out
 from ground.cli.verbs.table import Contact, Json, Start, StationFile, Timeout
 from ground.link.session import Session
-from ground.cli.operations.status_words import status_lines
 from ground.products import files
 from ground.station.settings import NoStationError
 from protocol.barrier import parse_address

@@ -13,9 +13,9 @@ import typer
 
 from ground.archive.read import Span
 from ground.archive.schema import ArchiveError
+from ground.cli.operations.way_out import shorter
 from ground.cli.verbs import times as when
 from ground.cli.verbs.screen import line_beside
-from ground.cli.operations.way_out import shorter
 from ground.station.settings import load_settings
 from protocol.tables.telemetry import BY_NAME
 

@@ -12,10 +12,10 @@ import typer
 from ground.cli.operations.open_requests import left
 from ground.cli.operations.operate import FAILED, TEMPORARY, Plan, Teller, operate
 from ground.cli.operations.script import Step
+from ground.cli.operations.way_out import refusal_words, shorter
 from ground.cli.verbs.screen import line_beside, line_out, text_out
 from ground.link.schedule import utc_ns
 from ground.link.session import Session
-from ground.cli.operations.way_out import refusal_words, shorter
 from ground.station.settings import load_settings
 from protocol.link.transactions import Code, Request, State
 from protocol.tables import commands
