@@ -50,7 +50,7 @@ def test_versions_that_differ_are_said():
 
 
 def _number(name):
-    from protocol.faults import BY_NAME
+    from protocol.tables.faults import BY_NAME
 
     return BY_NAME[name].number
 
