@@ -99,6 +99,13 @@ test-sanitize: .venv/.project build/sanitize/.built ## kernel tests and fuzz und
 fuzz: .venv/.project .venv/.atheris ## hostile bytes at every door, looking at the code they reach: FUZZ_S seconds a door, DOORS="can link"; SEED=n
 	@$(ONE_THREAD) $(B)/python -m tests.fuzz $(DOORS) --seconds $(FUZZ_S) --seed $(SEED)
 
+.venv/.browser: .venv/.packages requirements-browser.lock
+	@$(B)/python -m pip install --quiet --disable-pip-version-check --no-deps --only-binary :all: --require-hashes -r requirements-browser.lock
+	@touch $@
+
+test-page: .venv/.project .venv/.browser ## the operator's page in a real Chromium, on a toy rover (minutes); ONLY="-k stop"; screenshots in build/page
+	@$(B)/python -m tests.page $(ONLY)
+
 lint: .venv/.project ## ruff and its formatter, mypy --strict on protocol, transport and onboard, import contracts
 	@$(B)/ruff check .
 	@$(B)/ruff format --check --quiet . || { echo "run: $(B)/ruff format ."; exit 1; }
@@ -189,4 +196,4 @@ clean: ## remove build and .venv
 help: ## this list
 	@grep -E '^[a-z0-9-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 16
 
-.PHONY: setup demo sim test test-missions test-scenarios test-vcan test-roots test-certificates test-arm64 test-mutation test-sanitize fuzz lint bench bench-link soak missions nightly codec clients docs site rover locks install uninstall deb size clean help
+.PHONY: setup demo sim test test-missions test-scenarios test-vcan test-roots test-certificates test-arm64 test-page test-mutation test-sanitize fuzz lint bench bench-link soak missions nightly codec clients docs site rover locks install uninstall deb size clean help

@@ -4,7 +4,7 @@
 69 no link or no rover, or the link's carrier closed, 73 cannot write a file, 75 not finished in time,
 78 wrong settings or keys, 130 ended by Ctrl-C.
 
-All verbs are listed here, in the order of `--help`; their code is in `verbs`, `shell`, `gateway` and `bridge`.
+All verbs are listed here, in the order of `--help`; their code is in `verbs`, `shell`, `gateway`, `bridge` and `page`.
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ from ground.cli.verbs.run_verb import ask, carry_out, last_words, leave, plan_of
 from ground.cli.verbs.screen import line_beside, line_out
 from ground.cli.verbs.table import Contact, StationFile
 from ground.gateway.command import gateway_command
+from ground.page.command import EXAMPLES, serve_command
 from ground.station.clock import ClockError
 from ground.station.settings import NoStationError, load_settings
 from ground.station.station import StationError
@@ -119,6 +120,7 @@ app.command(
     epilog="Examples: ground gateway | ground gateway --origin 38.2547,140.8394,150\n\n"
     "Then: mavproxy.py --master=udpout:127.0.0.1:14551, or QGroundControl as it is.",
 )(gateway_command)
+app.command("serve", epilog=EXAMPLES)(serve_command)
 app.command("report", epilog="Example: ground report build/demo")(report_command)
 
 _INTERRUPTED = "interrupted"  # before any request; after one, `operate` reports what the rover goes on with
