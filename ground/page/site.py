@@ -196,8 +196,8 @@ def sign_in_page(error: str = "") -> str:
         (
             f'<h1>El Dorado: sign in</h1>{told}<form id="form" method="post" action="/sign-in"><label for="token">Token'
             '</label><input id="token" name="token" type="password" autocomplete="current-password" required>'
-            "<button>Sign in</button></form><p><code>ground serve</code> prints an address for the operator and one for "
-            'viewers; each has its token behind <code>#</code>.</p><script src="/static/sign-in.js" defer></script>'
+            "<button>Sign in</button></form><p><code>ground serve</code> prints an address for the operator and one "
+            'for viewers; each has its token behind <code>#</code>.</p><script src="/static/sign-in.js" defer></script>'
         ),
     )
 
