@@ -54,6 +54,7 @@ def application(site: Site) -> Guard:
             '<link rel="stylesheet" href="/static/plain.css">'
             '<link rel="stylesheet" href="/static/page.css"><script src="/static/stop.js" defer></script>'
         )
+        ui.colors(primary="#1d6fb8")  # white on it: 5.2 to 1
         ui.add_body_html(stop_bar(role))
         client = ui.context.client
         boards[client.id] = Board(site, role, who(role.value, address))
@@ -78,6 +79,7 @@ def application(site: Site) -> Guard:
     ui.run_with(
         outer,
         title="El Dorado",
+        language="en-US",
         dark=True,
         tailwind=False,
         show_welcome_message=False,
