@@ -25,7 +25,7 @@ from ground.report.words import EXPECTED_REFUSAL, RULES
 from hil.records import Touch
 from onboard.planning import mission_rule
 from onboard.records import Pose
-from protocol import eldorado_dialect as dialect
+from protocol.generated import eldorado_dialect as dialect
 from protocol.generated.can_codec import TABLE
 from protocol.link.datagrams import Kind
 
