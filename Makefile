@@ -27,13 +27,13 @@ ARM64_TESTS := $(if $(SHORT),$(addprefix tests/onboard/test_,elementary.py linea
 
 .venv/.packages: requirements.lock tools/check_system.sh
 	@sh tools/check_system.sh "$(PYTHON)"
-	@echo "setting up .venv: once, some 400 MB of downloads, a minute or two"
+	@echo "setting up .venv: once, some 400 MB of downloads; a minute or two, on a slow machine four, without a word"
 	@$(PYTHON) -m venv --clear .venv
 	@$(B)/python -m pip install --quiet --disable-pip-version-check --only-binary :all: --require-hashes -r requirements.lock
 	@touch $@
 
 .venv/.project: .venv/.packages $(NATIVE)
-	@echo "building and installing the project"
+	@echo "building and installing the project: a minute, on a slow machine three"
 	@$(B)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --editable .
 	@$(B)/python -m compileall -q protocol transport onboard hil ground pictures
 	@touch $@
@@ -51,7 +51,7 @@ demo: .venv/.project ## drive a rover across rocks to its goal; SEED=n, TERRAIN=
 sim: .venv/.project ## bench, rover and link in real time until Ctrl-C; try `ground` from another terminal
 	@$(B)/hil sim --seed $(SEED) --terrain $(TERRAIN) $(LIDAR:%=--lidar %)
 
-test: .venv/.project .venv/.hokuyolx ## the fast test suite (5 minutes on two fast cores)
+test: .venv/.project .venv/.hokuyolx .venv/.site ## the fast test suite (5 minutes on two fast cores)
 	@$(ONE_THREAD) $(B)/python -m pytest -n 2 --dist loadfile -m "not campaign and not mission"
 
 test-missions: .venv/.project ## runs of real processes, maps, guard and rule on seeded fields, ways with a failed wheel (minutes)
@@ -99,6 +99,13 @@ test-sanitize: .venv/.project build/sanitize/.built ## kernel tests and fuzz und
 fuzz: .venv/.project .venv/.atheris ## hostile bytes at every door, looking at the code they reach: FUZZ_S seconds a door, DOORS="can link"; SEED=n
 	@$(ONE_THREAD) $(B)/python -m tests.fuzz $(DOORS) --seconds $(FUZZ_S) --seed $(SEED)
 
+.venv/.browser: .venv/.packages requirements-browser.lock
+	@$(B)/python -m pip install --quiet --disable-pip-version-check --no-deps --only-binary :all: --require-hashes -r requirements-browser.lock
+	@touch $@
+
+test-page: .venv/.project .venv/.browser ## the operator's page in a real Chromium, on a toy rover (minutes); ONLY="-k stop"; screenshots in build/page
+	@$(B)/python -m tests.page $(ONLY)
+
 lint: .venv/.project ## ruff and its formatter, mypy --strict on protocol, transport and onboard, import contracts
 	@$(B)/ruff check .
 	@$(B)/ruff format --check --quiet . || { echo "run: $(B)/ruff format ."; exit 1; }
@@ -145,6 +152,13 @@ docs: .venv/.project ## make anew the pages made from tables, the notebook page'
 	@$(B)/python -m tools.make_notebook
 	@$(B)/python -m tools.make_pictures
 
+.venv/.site: .venv/.packages requirements-site.lock
+	@$(B)/python -m pip install --quiet --disable-pip-version-check --no-deps --only-binary :all: --require-hashes -r requirements-site.lock
+	@touch $@
+
+site: .venv/.project .venv/.site ## the documentation as a site with search, for reading without a network: build/site/index.html
+	@$(B)/python -m tools.site
+
 $(ROVER)/.packages: requirements-build.lock requirements-onboard.lock
 	@echo "setting up $(ROVER) (once; some minutes)"
 	@"$(PYTHON)" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' || \
@@ -182,4 +196,4 @@ clean: ## remove build and .venv
 help: ## this list
 	@grep -E '^[a-z0-9-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 16
 
-.PHONY: setup demo sim test test-missions test-scenarios test-vcan test-roots test-certificates test-arm64 test-mutation test-sanitize fuzz lint bench bench-link soak missions nightly codec clients docs rover locks install uninstall deb size clean help
+.PHONY: setup demo sim test test-missions test-scenarios test-vcan test-roots test-certificates test-arm64 test-page test-mutation test-sanitize fuzz lint bench bench-link soak missions nightly codec clients docs site rover locks install uninstall deb size clean help

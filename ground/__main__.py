@@ -4,7 +4,7 @@
 69 no link or no rover, or the link's carrier closed, 73 cannot write a file, 75 not finished in time,
 78 wrong settings or keys, 130 ended by Ctrl-C.
 
-All verbs are listed here, in the order of `--help`; their code is in `verbs`, `shell`, `gateway` and `bridge`.
+All verbs are listed here, in the order of `--help`; their code is in `verbs`, `shell`, `gateway`, `bridge` and `page`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,9 @@ from onboard import quiet_start  # first, before what takes long to load
 import signal
 import sqlite3
 import sys
+from importlib.metadata import version
 from pathlib import Path
+from typing import Annotated
 
 import typer
 
@@ -28,9 +30,10 @@ from ground.cli.verbs import commands as own
 from ground.cli.verbs import history as look
 from ground.cli.verbs.report import report_command
 from ground.cli.verbs.run_verb import ask, carry_out, last_words, leave, plan_of
-from ground.cli.verbs.screen import line_out
+from ground.cli.verbs.screen import line_beside, line_out
 from ground.cli.verbs.table import Contact, StationFile
 from ground.gateway.command import gateway_command
+from ground.page.command import EXAMPLES, serve_command
 from ground.station.clock import ClockError
 from ground.station.settings import NoStationError, load_settings
 from ground.station.station import StationError
@@ -57,7 +60,23 @@ app = typer.Typer(
     help="Fly the rover over the space link.\n\nStart with `ground status`, then `ground goto 12 3`.",
     add_completion=True,
     pretty_exceptions_enable=False,
+    rich_markup_mode=None,
 )
+
+
+def _show_version(asked: bool) -> None:
+    if asked:
+        line_out(f"ground {version('el-dorado')}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    shown: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    """Take the options that stand before a verb."""
 
 
 _OWN = {"goto", "status", "get", "keys_rotate"}
@@ -84,7 +103,7 @@ app.command(
 _families = table.add(app, [row for row in commands.TABLE if row.name not in _OWN], carry_out)
 app.add_typer(keys.app(_rotate), name="keys")
 contacts.add(_families["contacts"], lambda plan, station, as_json: leave(*ask(station, plan, as_json)), line_out)
-app.command(epilog="Examples: ground status | ground status --json")(own.status)
+app.command(epilog="Examples: ground status | ground status --all | ground status --json")(own.status)
 app.command(epilog="Examples: ground get ldem | ground get scan --out cloud.ply | ground get record 120 130 slim")(
     own.get
 )
@@ -101,6 +120,7 @@ app.command(
     epilog="Examples: ground gateway | ground gateway --origin 38.2547,140.8394,150\n\n"
     "Then: mavproxy.py --master=udpout:127.0.0.1:14551, or QGroundControl as it is.",
 )(gateway_command)
+app.command("serve", epilog=EXAMPLES)(serve_command)
 app.command("report", epilog="Example: ground report build/demo")(report_command)
 
 _INTERRUPTED = "interrupted"  # before any request; after one, `operate` reports what the rover goes on with
@@ -117,6 +137,9 @@ def run(argv: list[str] | None = None) -> int:
         message = getattr(error, "format_message", error.__str__)()
         if not message:
             return code  # a family of verbs alone: its help was shown
+        if type(error).__name__ == "NoArgsIsHelpError":  # likewise, and the message is the help
+            line_beside(message)
+            return code
         path = context.command_path if context else "ground"
         text = f"{message} (see `{path} --help`)"
     except (KeyboardInterrupt, typer.Abort):

@@ -7,11 +7,11 @@ from onboard import quiet_start  # first, before what takes long to load
 # isort: split
 import json
 import signal
+from importlib.metadata import version as package_version
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from hil.devices.can.command import EPILOG as CAN_EPILOG
@@ -28,12 +28,15 @@ from hil.run.options import (
     EX_NOINPUT,
     EX_OK,
     EX_SOFTWARE,
+    EX_USAGE,
     conclude,
     fail,
     fly,
     fly_mixed,
     show,
+    table_console,
     waiting,
+    write_report,
 )
 from hil.scenarios import command as scenario_command
 from hil.scenarios.model import Scenario
@@ -44,6 +47,7 @@ from hil.view.command import main as watch_command
 from onboard.config import ConfigError, load
 
 DEMO_LIMIT_S = 3600.0  # the longest demo, 56 m over measured land, takes 1,600 s
+_CLICK_USAGE = 2  # of click, for an unknown option or a missing argument; ours are those of sysexits.h
 TALLIED = (
     "terrain",
     "seed",
@@ -59,6 +63,7 @@ TALLIED = (
 app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
+    rich_markup_mode=None,
     help="The hardware-in-the-loop bench.\n\nExamples:\n\n"
     "  hil demo --seed 3\n\n  hil list\n\n  hil run lidar_unplugged\n\n  hil link --profile moon-bad\n\n"
     "  hil lidar --profile utm-30lx --pty\n\n  hil can --fault silent=WHEEL_3\n\n  hil watch build/demo",
@@ -73,6 +78,21 @@ app.command("verify")(verify)
 app.command("watch", epilog=WATCH_EPILOG)(watch_command)
 
 
+def _show_version(asked: bool) -> None:
+    if asked:
+        print(f"hil {package_version('el-dorado')}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    """Take the options that stand before a command's name."""
+
+
 SeedOption = Annotated[int, typer.Option(min=1, help="The n-th accepted field.")]
 StrategyOption = Annotated[str, typer.Option(help="Next stop by optimistic, explore, visibility or hill-climb.")]
 LidarOption = Annotated[
@@ -82,7 +102,13 @@ LidarOption = Annotated[
         help="Of the scanner, as in [lidar] (docs/sensors.md); or a profile: ideal. May be repeated.",
     ),
 ]
-TerrainOption = Annotated[str, typer.Option(help="fbm: 20 m fractal field, craters: with them, real: DEM, flat.")]
+TerrainOption = Annotated[
+    str,
+    typer.Option(
+        autocompletion=lambda: list(after.TOLERANCE_M),
+        help="fbm: 20 m fractal field, craters: with them, real: DEM, flat.",
+    ),
+]
 
 
 @app.command()
@@ -148,6 +174,8 @@ def sim(
 ) -> None:
     """Run bench, onboard and link in real time until Ctrl-C, for `ground` commands from another terminal.
 
+    Ctrl-C ends it with the report of the run; a second Ctrl-C leaves the report out.
+
     With --lidar ADDRESS or --can that device is real and the others are emulated; the run is not in lock-step then.
 
     Exit codes: 0 ended by Ctrl-C, 69 port in use or no such interface, 70 a process failed, 78 an error in --lidar.
@@ -165,12 +193,16 @@ def sim(
     if real or can:
         with shown(out, watch, port):
             fly_mixed(scenario, out, real, can)
+        write_report(out)
         return
     try:
         with shown(out, watch, port):
             result = fly(scenario, out, pace=1.0)
     except typer.Exit as ended:
-        raise typer.Exit(EX_OK if ended.exit_code == EX_INTERRUPTED else ended.exit_code) from None
+        if ended.exit_code != EX_INTERRUPTED:
+            raise
+        write_report(out)
+        return
     if result.error:
         raise fail(EX_SOFTWARE, f"after {result.bench_s:.1f} s of bench time: {result.error}")
 
@@ -212,7 +244,7 @@ def tally(
     table = Table("terrain", "seed", "goal", "distance", "collisions", "scans", "way", "rtf", "replay", "scanner")
     for r in rows:
         table.add_row(*(str(r[key]) for key in TALLIED), after.scanner_line(r.get("scanner", {})))
-    Console().print(table)
+    table_console().print(table)
     for r in rows:
         if not r["goal_reached"] or r["collisions"]:
             print(f"{r['terrain']} {r['seed']}: {r['outcome']}; {r['contacts'][:1]}")
@@ -227,7 +259,10 @@ def main() -> None:
     quiet_start.loaded()
     for number in (signal.SIGINT, signal.SIGTERM):  # both end a run in order, also where a shell ignores Ctrl-C
         signal.signal(number, signal.default_int_handler)
-    app(prog_name="hil")
+    try:
+        app(prog_name="hil")
+    except SystemExit as ended:
+        raise SystemExit(EX_USAGE if ended.code == _CLICK_USAGE else ended.code) from None
 
 
 if __name__ == "__main__":

@@ -26,6 +26,7 @@ from onboard.command_line import (
     EX_NOINPUT,
     EX_SOFTWARE,
     EX_UNAVAILABLE,
+    EX_USAGE,
     fail,
     read_config,
 )
@@ -56,6 +57,20 @@ class Commands(click.Group):
         command: click.Command = resolve_name(COMMANDS[cmd_name])
         return command
 
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """See click.Group. The error for an unknown command names the one most like it."""
+        try:
+            return super().resolve_command(ctx, args)
+        except click.UsageError as error:
+            from difflib import get_close_matches  # needed only after a typing error
+
+            near = get_close_matches(args[0], self.list_commands(ctx), 1)
+            if not near:
+                raise
+            raise click.UsageError(f"{error.message} Did you mean '{near[0]}'?", ctx) from None
+
     def invoke(self, ctx: click.Context) -> object:
         """Run click.Group.invoke; raise exit code 130 at Ctrl-C."""
         try:
@@ -65,6 +80,7 @@ class Commands(click.Group):
 
 
 @click.group(cls=Commands)
+@click.version_option(package_name="el-dorado", prog_name="onboard", message="%(prog)s %(version)s")
 def app() -> None:
     """Flight program of a four-wheel-steered rover.
 
@@ -125,7 +141,10 @@ def main() -> None:
         faulthandler.enable()  # if a watchdog ends a hung tick (SIGABRT), the traceback shows the place
     if to_journal():
         sys.excepthook = say_error
-    app(prog_name="onboard")
+    try:
+        app(prog_name="onboard")
+    except SystemExit as ended:  # click ends an unknown option or a missing argument with 2, not as sysexits.h
+        raise SystemExit(EX_USAGE if ended.code == 2 else ended.code) from None
 
 
 if __name__ == "__main__":

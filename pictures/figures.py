@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from matplotlib.ticker import StrMethodFormatter
 
 from onboard.records import F64
-from pictures.style import BLACK, ORANGE, PAGE_IN, PURPLE, RED, SKY, YELLOW, drawn, figure, quiet
+from pictures.style import BLACK, BLUE, ORANGE, PAGE_IN, PURPLE, RED, SKY, YELLOW, drawn, figure, quiet
 from pictures.timelines import Span, Track, phase_patches, shade
 
 LOSS_COLOURS = (RED, ORANGE, PURPLE, BLACK)
@@ -55,9 +57,20 @@ def link(sent: Mapping[str, int], lost: Mapping[str, Mapping[str, int]]) -> Figu
     return made
 
 
+class Sigma(NamedTuple):
+    """The rover's own 1 sigma over time, rows (k, 2) of time in s and value."""
+
+    position_m: F64
+    yaw_rad: F64
+
+
+SIGMAS = 2.0  # of the band beside an error
+_NO_SIGMA = Sigma(np.empty((0, 2)), np.empty((0, 2)))
+
+
 @drawn
-def pose_error(estimated: Track, true: Track, spans: Sequence[Span]) -> Figure:
-    """Distance between estimated and true place, and difference of the yaws, over time."""
+def pose_error(estimated: Track, true: Track, spans: Sequence[Span], sigma: Sigma = _NO_SIGMA) -> Figure:
+    """Distance between estimated and true place, and difference of the yaws, over time, with the band of 2 sigma."""
     made = figure(PAGE_IN, 4.2)
     place, yaw = made.subplots(2, 1, sharex=True)
     told = estimated.at(true.times_s)
@@ -68,13 +81,26 @@ def pose_error(estimated: Track, true: Track, spans: Sequence[Span]) -> Figure:
         axes.plot(true.times_s, values, color=BLACK, linewidth=1.3)
         axes.set_ylabel(f"error of {name}")
         quiet(axes)
-    place.set_ylim(0, max(5.0, 110 * float(away.max(initial=0))))
-    widest = max(1.0, 1.1 * float(np.abs(turned).max(initial=0)))
+    place_top = _band(place, sigma.position_m, 100.0, low=0.0)
+    yaw_top = _band(yaw, sigma.yaw_rad, float(np.degrees(1.0)))
+    place.set_ylim(0, max(5.0, 110 * float(away.max(initial=0)), 1.1 * place_top))
+    widest = max(1.0, 1.1 * float(np.abs(turned).max(initial=0)), 1.1 * yaw_top)
     yaw.set_ylim(-widest, widest)
     place.margins(x=0)
     yaw.set_xlabel("time, s")
-    made.legend(handles=phase_patches(spans), loc="outside upper center", ncols=5)
+    told = [Patch(color=BLUE, alpha=0.3, linewidth=0, label=f"the rover's own {SIGMAS:g} sigma")]
+    bands = told if len(sigma.position_m) else []
+    made.legend(handles=[*phase_patches(spans), *bands], loc="outside upper center", ncols=5)
     return made
+
+
+def _band(axes: Axes, sigma: F64, scale: float, low: float | None = None) -> float:
+    """Draw SIGMAS times sigma round zero, or from `low` on; returns its largest value."""
+    if not len(sigma):
+        return 0.0
+    top = SIGMAS * scale * sigma[:, 1]
+    axes.fill_between(sigma[:, 0], -top if low is None else low, top, color=BLUE, alpha=0.3, linewidth=0, step="post")
+    return float(top.max())
 
 
 @drawn

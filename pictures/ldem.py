@@ -13,6 +13,7 @@ from matplotlib.patches import Patch
 
 from onboard.planning.archive import PlanPicture
 from onboard.records import NodeSet
+from pictures import rim
 from pictures.marks import NEXT, RING, goal, rover, sector, star
 from pictures.style import BLACK, BLUE, PAGE_IN, RED, drawn, figure, literal
 from pictures.terrain import extent, hillshade, map_axes
@@ -54,12 +55,25 @@ def ldems(plans: Sequence[PlanPicture], sector_rad: float, body_m: tuple[float, 
 
 
 def set_picture(plan: PlanPicture) -> np.ndarray:
-    """(rows, columns, 3) colours of the node sets, shaded by the heights where they are known."""
+    """(rows, columns, 3) colours of the node sets and the rim, shaded by the heights where they are known."""
     picture = np.ones((*plan.node_sets.shape, 3))
     for node_set, colour in SET_COLOURS.items():
-        picture[plan.node_sets == node_set] = [int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)]
+        picture[plan.node_sets == node_set] = _rgb(colour)
+    picture[rim.rim(plan.node_sets, plan.heights_m, plan.grid.cell_m)] = _rgb(rim.COLOUR)
     shade = np.where(np.isfinite(plan.heights_m), 0.55 + 0.7 * hillshade(plan.heights_m, plan.grid.cell_m), 1.0)
     return np.clip(picture * shade[..., None], 0, 1)
+
+
+def set_patches() -> list[Patch]:
+    """Legend entries of `set_picture`."""
+    colours = [(SET_NAMES[node_set], colour) for node_set, colour in SET_COLOURS.items()]
+    return [
+        Patch(facecolor=colour, edgecolor="#888888", label=name) for name, colour in [*colours, (rim.NAME, rim.COLOUR)]
+    ]
+
+
+def _rgb(colour: str) -> list[float]:
+    return [int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)]
 
 
 def panel(axes: Axes, plan: PlanPicture, sector_rad: float, body_m: tuple[float, float]) -> None:
@@ -88,7 +102,6 @@ def panel(axes: Axes, plan: PlanPicture, sector_rad: float, body_m: tuple[float,
 def legend(plans: Sequence[PlanPicture]) -> list[Patch | Line2D]:
     """Legend entries for the panels of these stops."""
     dot = {"marker": "o", "linestyle": "none", "markeredgecolor": "white"}
-    sets = [Patch(facecolor=c, edgecolor="#888888", label=SET_NAMES[s]) for s, c in SET_COLOURS.items()]
     lines = [
         Line2D([], [], color=BLACK, linewidth=2, label="path to drive"),
         Line2D([], [], color=BLUE, linestyle=(0, (3, 2)), label="optimistic path"),
@@ -99,4 +112,4 @@ def legend(plans: Sequence[PlanPicture]) -> list[Patch | Line2D]:
         lines.append(Line2D([], [], color=BLUE, markersize=6, label="candidates", **dot))
     if any(len(plan.marked) for plan in plans):
         lines.append(Line2D([], [], color=RED, marker="x", linestyle="none", label="counted as blocked"))
-    return [*sets, *lines]
+    return [*set_patches(), *lines]

@@ -12,6 +12,7 @@ from matplotlib.patches import Patch
 
 from onboard.planning.archive import PlanPicture
 from onboard.records import NodeSet
+from pictures import rim
 from pictures.ldem import SET_COLOURS, SET_NAMES, set_picture
 from pictures.marks import NEXT, RING, goal, rover, sector, star
 from pictures.style import BLUE, PAGE_IN, drawn, figure, literal
@@ -67,4 +68,6 @@ def _legend(plan: PlanPicture) -> list[Patch | Line2D]:
         dot = {"marker": "o", "linestyle": "none", "markeredgecolor": "white", "markersize": 9}
         lines.append(Line2D([], [], color=BLUE, label="alternatives, in order", **dot))
     sets = [Patch(facecolor=SET_COLOURS[s], edgecolor="#888888", label=f"{SET_NAMES[s]}, no score") for s in shown]
+    if rim.rim(plan.node_sets, plan.heights_m, plan.grid.cell_m).any():
+        sets.append(Patch(facecolor=rim.COLOUR, edgecolor="#888888", label=rim.NAME))
     return [*lines, *sets]

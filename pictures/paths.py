@@ -24,19 +24,21 @@ _HALO = [effects.withStroke(linewidth=3.2, foreground="white", alpha=0.75)]
 class Ways:
     """Lines on the map, each (k, 2 or more) x, y, ...; a line without rows is not drawn.
 
-    goal_m, tolerance_m: goal and its radius.
+    goal_m, tolerance_m: goal and its radius; None: no goal is known.
     global_path, local_paths: planned paths.
     estimated, true: driven path.
     stops: (n, 2 or more) places of the stops.
+    earlier_goals: (m, 2) goals before the last one.
     """
 
-    goal_m: tuple[float, float]
+    goal_m: tuple[float, float] | None
     tolerance_m: float = 0.3
     global_path: F64 = field(default_factory=lambda: np.empty((0, 2)))
     local_paths: Sequence[F64] = ()
     estimated: F64 = field(default_factory=lambda: np.empty((0, 2)))
     true: F64 = field(default_factory=lambda: np.empty((0, 2)))
     stops: F64 = field(default_factory=lambda: np.empty((0, 2)))
+    earlier_goals: F64 = field(default_factory=lambda: np.empty((0, 2)))
 
 
 @drawn
@@ -77,8 +79,11 @@ def _lines(axes: Axes, ways: Ways) -> None:
 
 def _marks(axes: Axes, ways: Ways) -> None:
     goal = {"marker": "o", "color": RED, "markersize": 10, "markeredgecolor": "white", "linestyle": "none"}
-    axes.plot(*ways.goal_m, label=f"goal, within {ways.tolerance_m:g} m", zorder=7, **goal)
-    axes.add_patch(Circle(ways.goal_m, ways.tolerance_m, fill=False, color=RED, zorder=7))
+    if ways.goal_m is not None:
+        axes.plot(*ways.goal_m, label=f"goal, within {ways.tolerance_m:g} m", zorder=7, **goal)
+        axes.add_patch(Circle(ways.goal_m, ways.tolerance_m, fill=False, color=RED, zorder=7))
+    if len(ways.earlier_goals):
+        axes.plot(*ways.earlier_goals.T, label="earlier goals", zorder=7, **{**goal, "markersize": 6})
     if len(ways.stops):
         style = {"marker": "s", "color": "white", "markeredgecolor": BLACK, "markersize": 6, "linestyle": "none"}
         axes.plot(ways.stops[:, 0], ways.stops[:, 1], label="stops, numbered", zorder=8, **style)
@@ -102,7 +107,14 @@ def spread(stops: F64) -> list[tuple[str, tuple[float, float]]]:
 
 def _window(ground: Ground, ways: Ways) -> tuple[float, float, float, float]:
     """Bounds of all lines with a margin, inside the ground; never narrower than 1 : 2."""
-    lines = [np.array([ways.goal_m, (0.0, 0.0)]), ways.global_path, ways.estimated, ways.true, *ways.local_paths]
+    lines = [
+        np.array([ways.goal_m or (0.0, 0.0), (0.0, 0.0)]),
+        ways.global_path,
+        ways.estimated,
+        ways.true,
+        *ways.local_paths,
+        ways.earlier_goals,
+    ]
     points = np.concatenate([line[:, :2] for line in lines if len(line)])
     left, bottom = points.min(axis=0) - _MARGIN_M
     right, top = points.max(axis=0) + _MARGIN_M

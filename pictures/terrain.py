@@ -119,7 +119,7 @@ def scale_bar(axes: Axes, length_m: float) -> None:
 
 
 @drawn
-def terrain(known: Ground, truth: Ground | None, goal_m: tuple[float, float]) -> Figure:
+def terrain(known: Ground, truth: Ground | None, goal_m: tuple[float, float] | None) -> Figure:
     """The orbiter's map and, if given, the true ground with its rocks, side by side."""
     grounds = [known] if truth is None else [truth, known]
     scale = height_scale(grounds)
@@ -127,7 +127,8 @@ def terrain(known: Ground, truth: Ground | None, goal_m: tuple[float, float]) ->
     panels = made.subplots(1, len(grounds), squeeze=False)[0]
     for axes, ground in zip(panels, grounds):
         image = draw_ground(axes, ground, scale)
-        axes.plot(*goal_m, marker="o", markersize=9, color=RED, markeredgecolor="white", linestyle="none")
+        if goal_m is not None:
+            axes.plot(*goal_m, marker="o", markersize=9, color=RED, markeredgecolor="white", linestyle="none")
         axes.plot(0, 0, marker="^", markersize=9, color="black", markeredgecolor="white", linestyle="none")
         note = f", {len(ground.rocks)} rocks" if len(ground.rocks) else ""
         axes.set_title(f"{literal(ground.name)}\n{ground.grid.cell_m:g} m cells{note}")

@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 
 from onboard.records import F32, F64, U8, Grid
-from pictures.ldem import SET_COLOURS, SET_NAMES, set_picture
+from pictures.ldem import set_patches, set_picture
 from pictures.style import BLACK, BLUE, RED, drawn, figure, literal
 from pictures.terrain import extent, map_axes
 
@@ -42,6 +41,5 @@ def way(sets: Sets, path: F64, beyond: F64, goal_m: tuple[float, float], title: 
     axes.plot(*goal_m, "o", color=RED, markeredgecolor="white", markersize=9, linestyle="none", label="goal")
     map_axes(axes)
     axes.set_title(literal(title), fontsize=10)
-    patches = [Patch(facecolor=colour, label=SET_NAMES[one]) for one, colour in SET_COLOURS.items()]
-    made.legend(handles=[*axes.get_legend_handles_labels()[0], *patches], loc="outside lower center", ncols=4)
+    made.legend(handles=[*axes.get_legend_handles_labels()[0], *set_patches()], loc="outside lower center", ncols=4)
     return made

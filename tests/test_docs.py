@@ -48,8 +48,11 @@ def test_a_page_shows_every_picture_that_is_made_for_it(page, made):
     assert shown == list(made)
 
 
-def test_the_index_lists_every_page():
-    listed = set(re.findall(r"\]\(([\w-]+\.md)\)", (DOCS / "index.md").read_text()))
+PARTS = ("index.md", "tutorials.md", "how-to.md", "reference.md", "explanation.md")
+
+
+def test_the_index_and_the_pages_of_its_parts_list_every_page():
+    listed = {page for part in PARTS for page in re.findall(r"\]\(([\w-]+\.md)\)", (DOCS / part).read_text())}
     assert listed == {path.name for path in DOCS.glob("*.md")} - {"index.md"}
 
 

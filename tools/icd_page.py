@@ -40,7 +40,7 @@ sequenceDiagram
     B->>N: each stopped node is armed
     N->>B: NODE_HEARTBEAT out of turn, state RESET_ARMED
     C->>B: RESET_REQUEST the same nonce, step 2 (10 Hz until all have answered)
-    B->>N: each armed node is released; the asserting one asserts no more
+    B->>N: each armed node is released, the asserting one asserts no more
     N->>B: NODE_HEARTBEAT out of turn, state RUNNING or COMMAND_TIMEOUT
 ```"""
 

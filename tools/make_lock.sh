@@ -10,3 +10,8 @@ python3.11 -m venv "$home" && "$home/bin/pip" install -q pip-tools
     "$home/bin/pip-compile" -q --generate-hashes --allow-unsafe --no-header --no-annotate --strip-extras \
         --no-emit-index-url --no-emit-trusted-host --no-emit-find-links -o - requirements.in
 } > requirements.lock
+{
+    echo "# What \`make site\` needs: pinned and hashed, made from requirements-site.in by tools/make_lock.sh; install with --no-deps."
+    "$home/bin/pip-compile" -q --generate-hashes --allow-unsafe --no-header --no-annotate --strip-extras \
+        --no-emit-index-url --no-emit-trusted-host --no-emit-find-links -c requirements.lock -o - requirements-site.in
+} > requirements-site.lock

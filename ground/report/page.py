@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import re
 from collections.abc import Iterable, Sequence
 from html import escape as escape_html
 from typing import NamedTuple
@@ -26,9 +27,11 @@ table { border-collapse: collapse; width: 100%; font-size: .93rem; margin: .6rem
 th, td { text-align: left; vertical-align: top; padding: .3rem .8rem .3rem 0; border-bottom: 1px solid var(--line); }
 th { font-weight: 600; } .short { white-space: nowrap; }
 .facts th { width: 15rem; font-weight: 400; color: var(--soft); }
+nav ul { list-style: none; display: flex; flex-wrap: wrap; gap: .2rem 1.3rem; padding: 0; margin: 1rem 0; }
+a { color: #0b5cad; } .wide { overflow-x: auto; }
 code, .hash { font-family: ui-monospace, "DejaVu Sans Mono", monospace; font-size: .82em; overflow-wrap: anywhere; }
 figure { margin: 1rem 0; } img { max-width: 100%; height: auto; display: block; margin: 0 auto; }
-@media print { body { font-size: 10.5pt; max-width: none; padding: 0; }
+@media print { nav { display: none; } body { font-size: 10.5pt; max-width: none; padding: 0; }
   h2 { break-after: avoid; } figure, tr { break-inside: avoid; }
   .verdict { print-color-adjust: exact; -webkit-print-color-adjust: exact; } }
 """
@@ -51,12 +54,20 @@ class Section(NamedTuple):
 
 def page(title: str, head: str, sections: Iterable[Section]) -> str:
     """Return the whole file. head: HTML above the first section."""
-    parts = "".join(f"<section><h2>{escape(s.title)}</h2>\n{s.body}</section>\n" for s in sections if s.body)
+    shown = [section for section in sections if section.body]
+    parts = "".join(f'<section id="{anchor(s.title)}"><h2>{escape(s.title)}</h2>\n{s.body}</section>\n' for s in shown)
+    links = "".join(f'<li><a href="#{anchor(s.title)}">{escape(s.title)}</a></li>' for s in shown)
+    contents = f'<nav aria-label="Contents"><ul>{links}</ul></nav>\n'
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{escape(title)}</title><style>{_CSS}</style></head>\n<body>\n{head}\n{parts}</body></html>\n"
+        f"<title>{escape(title)}</title><style>{_CSS}</style></head>\n<body>\n{head}\n{contents}{parts}</body></html>\n"
     )
+
+
+def anchor(title: str) -> str:
+    """Return a section's name in links: its words in small letters."""
+    return "-".join(re.findall(r"[a-z0-9]+", title.lower()))
 
 
 def paragraph(text: str, kind: str = "") -> str:
@@ -79,7 +90,7 @@ def numbers(pairs: Sequence[tuple[str, str]]) -> str:
 def facts(pairs: Sequence[tuple[str, str]]) -> str:
     """Return names and values in two columns; "" if there are none."""
     rows = "".join(f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>\n" for name, text in pairs)
-    return f'<table class="facts">\n{rows}</table>\n' if pairs else ""
+    return f'<div class="wide"><table class="facts">\n{rows}</table></div>\n' if pairs else ""
 
 
 def table(heads: Sequence[str], rows: Sequence[Sequence[str]], hashes: bool = False) -> str:
@@ -91,7 +102,9 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[str]], hashes: bool = Fa
         if hashes:
             cells[-1] = f'<span class="hash">{cells[-1]}</span>'
         body += "<tr>" + "".join(f"<td{_SHORT if len(c) <= 18 else ''}>{c}</td>" for c in cells) + "</tr>\n"
-    return f"<table><thead><tr>{top}</tr></thead><tbody>\n{body}</tbody></table>\n" if rows else ""
+    if not rows:
+        return ""
+    return f'<div class="wide"><table><thead><tr>{top}</tr></thead><tbody>\n{body}</tbody></table></div>\n'
 
 
 def picture(png: bytes, caption: str) -> str:

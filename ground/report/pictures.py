@@ -10,10 +10,12 @@ from ground.report.run_files import Run
 from onboard.planning.archive import PlanPicture
 from onboard.records import F64, Gdem, Grid
 from pictures import figures
+from pictures.figures import Sigma
 from pictures.ldem import ldems
 from pictures.next_position import next_position
 from pictures.orientation import orientation
 from pictures.paths import Ways, paths
+from pictures.run_time_line import Mark, run_time_line
 from pictures.style import png
 from pictures.terrain import Ground, ground_of, terrain
 from protocol.conventions import TICK_NS
@@ -34,6 +36,7 @@ def paths_picture(run: Run) -> bytes:
                 estimated=run.estimated.position_m,
                 true=run.truth.track.position_m if run.truth else np.empty((0, 2)),
                 stops=_stops(run),
+                earlier_goals=_earlier_goals(run),
             ),
         )
     )
@@ -87,7 +90,15 @@ def tick_picture(histogram: dict[str, list[float]]) -> bytes:
 def error_picture(run: Run) -> bytes:
     """Draw the estimated against the true pose. Returns PNG. Needs the truth."""
     assert run.truth
-    return png(figures.pose_error(run.estimated, run.truth.track, run.spans()))
+    sigma = Sigma(run.heard.item("sigma_position_m"), run.heard.item("sigma_yaw_rad"))
+    return png(figures.pose_error(run.estimated, run.truth.track, run.spans(), sigma))
+
+
+def time_line_picture(run: Run) -> bytes:
+    """Draw battery, currents, link and events on one time line. Returns PNG."""
+    marks = [Mark(event.time_s, event.severity, event.name) for event in run.events if event.name != "PHASE"]
+    ends = [*run.estimated.times_s[-1:], *(mark.time_s for mark in marks)]
+    return png(run_time_line(run.heard.lines(), marks, run.spans(), max(ends, default=0.0)))
 
 
 def motion_picture(run: Run) -> bytes:
@@ -105,12 +116,21 @@ def motion_picture(run: Run) -> bytes:
     )
 
 
-def _goal(run: Run) -> tuple[float, float]:
+def _goal(run: Run) -> tuple[float, float] | None:
+    """Return the last goal: of the plans, of the bench, or of the telemetry; None if none of them has one."""
     if run.plans:
         x, y = run.plans[-1][1].goal_m
         return float(x), float(y)
-    goal = run.facts.get("goal_m", (0.0, 0.0))
-    return float(goal[0]), float(goal[1])
+    if (goal := run.facts.get("goal_m")) is not None:
+        return float(goal[0]), float(goal[1])
+    east, north = run.heard.item("goal_x_m"), run.heard.item("goal_y_m")
+    return (float(east[-1, 1]), float(north[-1, 1])) if len(east) and len(north) else None
+
+
+def _earlier_goals(run: Run) -> F64:
+    """Return the goals before the last one, (m, 2)."""
+    goals = dict.fromkeys((float(x), float(y)) for x, y in (plan.goal_m for _, plan in run.plans))
+    return np.array([goal for goal in goals if goal != _goal(run)]).reshape(-1, 2)
 
 
 def _stops(run: Run) -> F64:

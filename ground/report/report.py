@@ -8,13 +8,16 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Sequence
+from datetime import UTC, datetime
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from ground.link.event_words import event_words
 from ground.report import pictures as draw
 from ground.report.page import Section, facts, numbers, page, paragraph, picture, table, verdict
 from ground.report.run_files import Contact, Run, Told, read_run
-from ground.report.words import ALWAYS, CONTACTS, EXPECTED_REFUSAL, RULES, TICKS, WHEELS
+from ground.report.words import ALWAYS, CONTACTS, EXPECTED_REFUSAL, RIM, RULES, SIGMA, TICKS, TIME_LINE, WHEELS
 
 _TERRAINS = {"fbm": "fractal ground", "craters": "cratered ground", "real": "measured land", "flat": "flat ground"}
 _QUIET_EVENTS = ("PHASE", "DECISION")
@@ -47,14 +50,11 @@ def write_paths(folder: Path, file: Path, with_truth: bool = True) -> Path:
 def html(run: Run) -> str:
     """Return the page of a run."""
     title = f"Mission report: {_title(run)}"
-    ways = (
-        "The way from the start (0, 0) to the goal. The global path was planned on the orbiter's map; at each stop a "
-        "local path replaced it."
-    )
     sections = (
-        Section("Paths", picture(draw.paths_picture(run), ways)),
+        Section("Paths", picture(draw.paths_picture(run), _ways(run))),
         Section("Contacts", _contacts(run.contacts)),
         Section("The run", facts(_facts(run))),
+        Section("Time line", picture(draw.time_line_picture(run), TIME_LINE)),
         Section("Decisions, stop by stop", _decisions(run)),
         Section("What the rover knew at each stop", _maps(run)),
         Section(
@@ -89,7 +89,7 @@ def _title(run: Run) -> str:
 def _head(run: Run, title: str) -> str:
     known, head = run.facts, f"<h1>{title}</h1>\n"
     end = next((e for e in reversed(run.events) if e.name in ("ARRIVED", "FAILED")), None)
-    told = "the record ends before the mission does" if end is None else f"{end.name.lower()}: {end.text}"
+    told = "no mission has ended in this record" if end is None else _end_words(end)
     if known:
         reached = bool(known.get("goal_reached"))
         words = [verdict(reached, "goal reached" if reached else "goal not reached")]
@@ -101,6 +101,14 @@ def _head(run: Run, title: str) -> str:
         words.insert(1, verdict(not run.contacts, _count(run.contacts)))
     head += f"<p>{' '.join(words)}</p>"
     head += paragraph(f"The rover reported, by its own estimate: {told}.", "soft")
+    head += paragraph(_made(run), "soft")
+    if len(run.boots_s) > 1:
+        times = ", ".join(f"{time_s:.1f} s" for time_s in run.boots_s[1:])
+        head += paragraph(
+            f"The flight program was started {len(run.boots_s)} times, again at {times}. The clock of "
+            "each start begins at zero; here all starts are on one axis of time.",
+            "soft",
+        )
     boxes = (
         ("true distance to the goal", "distance_to_goal_m", "{:.2f} m"),
         ("scans", "scans", "{}"),
@@ -112,11 +120,36 @@ def _head(run: Run, title: str) -> str:
     return head + numbers([(name, shape.format(known[key])) for name, key, shape in boxes if key in known])
 
 
+def _end_words(end: Told) -> str:
+    """Return the end of a mission in words: `arrived, 1 cm off`."""
+    text = event_words(end.text)
+    return text if text.startswith(f"{end.name.lower()}, ") else f"{end.name.lower()}: {text}"
+
+
+def _made(run: Run) -> str:
+    """Return version, commit and date."""
+    commit = run.versions.get("commit", "")
+    flown = f"flight program of commit {commit[:12]}" if commit else "flight program of an unknown commit"
+    written = datetime.fromtimestamp(run.written_utc_s, UTC)
+    return f"El Dorado {version('el-dorado')}, {flown}; record written on {written:%Y-%m-%d at %H:%M} UTC."
+
+
+def _ways(run: Run) -> str:
+    """Return the caption of the paths, of what is drawn only."""
+    words = ["The way from the start of the run."]
+    if any(len(plan.global_path) for _, plan in run.plans):
+        words.append("The global path was planned on the orbiter's map; at each stop a local path replaced it.")
+    if len({tuple(plan.goal_m.tolist()) for _, plan in run.plans}) > 1:
+        words.append("The rover was given several goals; the smaller dots are those before the last one.")
+    return " ".join(words)
+
+
 def _facts(run: Run) -> list[tuple[str, str]]:
     """Return names and values of the facts table; a fact that the run's files lack has no row."""
     known, ground = run.facts, run.facts.get("field", {})
     down, up = (known.get("link_by_direction", {}).get(name) for name in ("down", "up"))
     rows: list[tuple[str, Any]] = [
+        ("El Dorado, commit", f"{version('el-dorado')}, {run.versions.get('commit', 'unknown')}"),
         ("terrain, seed", _filled("{terrain}, {seed}", known)),
         ("ground", _filled("median slope {median_slope_deg:.1f}°, 95th percentile {p95_slope_deg:.1f}°", ground)),
         (
@@ -132,7 +165,7 @@ def _facts(run: Run) -> list[tuple[str, str]]:
         ("sensor noise", known.get("sensor_noise")),
         ("goal", "x {:.2f} m, y {:.2f} m".format(*known["goal_m"]) if "goal_m" in known else None),
         ("true distance to the goal, from the bench", _filled("{distance_to_goal_m:.3f} m", known)),
-        ("what the rover reported, by its own estimate", known.get("outcome")),
+        ("what the rover reported, by its own estimate", event_words(str(known.get("outcome", "")))),
         ("strategy", known.get("strategy")),
         ("scans, replans", _filled("{scans}, {replans}", known)),
         ("driven way", _filled("{way_m:.1f} m", known)),
@@ -186,12 +219,22 @@ def _contacts(contacts: Sequence[Contact] | None) -> str:
 
 def _decisions(run: Run) -> str:
     rows = [
-        (str(number), f"{time_s:.1f} s", f"({plan.pose[0]:.2f}, {plan.pose[1]:.2f})", plan.kind, plan.rule, plan.reason)
+        (
+            str(number),
+            f"{time_s:.1f} s",
+            f"({plan.pose[0]:.2f}, {plan.pose[1]:.2f})",
+            plan.kind,
+            plan.rule,
+            event_words(plan.reason),
+        )
         for number, (time_s, plan) in enumerate(run.plans, 1)
     ]
     if not rows:
         told = (event for event in run.events if event.name == "DECISION")
-        rows = [("", f"{event.time_s:.1f} s", "", "", (event.text.split() or ["?"])[0], event.text) for event in told]
+        rows = [
+            ("", f"{event.time_s:.1f} s", "", "", (event.text.split() or ["?"])[0], event_words(event.text))
+            for event in told
+        ]
     told = " ".join(" ".join(row[4:]) for row in rows)
     occur = [rule for rule in RULES if rule in ALWAYS or re.search(rf"\b{rule}\b", told)]
     rules = [(f"{rule} {RULES[rule][0]}", RULES[rule][1]) for rule in occur]
@@ -203,7 +246,7 @@ def _maps(run: Run) -> str:
         return ""
     caption = (
         "The local elevation map after the scans of each stop, in its four node sets; the star is where the rover goes "
-        "next, the wedge what it will look at from there."
+        "next, the wedge what it will look at from there. " + RIM
     )
     chosen = [
         picture(draw.choice_picture(run, plan), f"Stop {number}: where the strategy would scan next, and why there.")
@@ -216,7 +259,7 @@ def _maps(run: Run) -> str:
 def _motion(run: Run) -> str:
     body = ""
     if run.truth:
-        body = picture(draw.error_picture(run), "Where the rover believed itself to be, against where it was.")
+        body = picture(draw.error_picture(run), "Where the rover believed itself to be, against where it was. " + SIGMA)
     of = f"true speed, wheel rates and steering angles ({WHEELS})" if run.truth else "estimated speed"
     return body + picture(draw.motion_picture(run), f"Over bench time: {of}.")
 
@@ -268,7 +311,9 @@ def _rhythm(rhythm: dict[str, Any]) -> str:
 
 
 def _events(events: Sequence[Told]) -> str:
-    rows = [(f"{e.time_s:.2f} s", e.severity, e.name, e.text) for e in events if e.name not in _QUIET_EVENTS]
+    rows = [
+        (f"{e.time_s:.2f} s", e.severity, e.name, event_words(e.text)) for e in events if e.name not in _QUIET_EVENTS
+    ]
     refused = any(e.name == "REGISTRATION_REFUSED" for e in events)
     return table(("time", "severity", "event", "text"), rows) + (paragraph(EXPECTED_REFUSAL, "soft") if refused else "")
 

@@ -1,13 +1,17 @@
 """A run's folder as plain data: the rover's own record and, if present, the files of the bench.
 
-onboard.mcap   poses, events and plans: needed     summary.json certificate.json link.json   facts of the bench
-truth.mcap     what really happened: optional      field.npz                                 the true ground
+    onboard.mcap   poses, events and plans: needed     summary.json certificate.json link.json   facts of the bench
+    truth.mcap     what really happened: optional      field.npz                                 the true ground
+
+After a reboot, onboard-boot1.mcap, onboard-boot2.mcap ... are the records of the earlier boots. The clock of each boot
+begins at zero and bench time stands still between two boots, so the records are joined end to end.
 """
 
 from __future__ import annotations
 
 import io
 import json
+import re
 import struct
 import zipfile
 import zlib
@@ -21,15 +25,18 @@ from mcap.exceptions import McapError
 from mcap.reader import McapReader, make_reader
 from zstandard import ZstdError
 
+from ground.report.telemetry import Collector
 from onboard.maps.gdem_file import from_npz
 from onboard.maps.npz_arrays import check_size
 from onboard.planning import archive
 from onboard.planning.archive import PlanPicture
+from onboard.record.parts import family
 from onboard.records import F64, Gdem, Grid
 from onboard.toml_text import parse_toml
 from pictures.terrain import Ground
 from pictures.timelines import Span, Track
 
+_TOPICS = ("/out/event", "/out/pose", "/plan", "/out/link", "/in/link", "/in/can")
 EVERY = 10  # every tenth tick: ten poses a second
 MOST_BYTES = 1 << 29  # of the ground, and of all plans, unpacked
 # of readers, and of code that meets values of another kind than the programs write; RuntimeError: nested too deep
@@ -94,6 +101,9 @@ class Run:
     """Data of a run.
 
     plans: (time_s, plan) in order.
+    heard: telemetry, currents and link of the record.
+    boots_s: times at which the boots begin, the first at 0.
+    written_utc_s: UTC at which the record was last written.
     facts, certificate, link, rhythm: {} if the file is missing.
     """
 
@@ -104,6 +114,9 @@ class Run:
     config: dict[str, Any]
     versions: dict[str, str]
     gdem: Gdem | None
+    heard: Collector = field(default_factory=Collector)
+    boots_s: tuple[float, ...] = (0.0,)
+    written_utc_s: float = 0.0
     truth: Truth | None = None
     ground: Ground | None = None
     facts: dict[str, Any] = field(default_factory=dict)
@@ -130,7 +143,7 @@ def read_run(folder: Path, with_truth: bool = True) -> Run:
     if not record.is_file():
         raise NoRunError(f"no record {record}; `hil demo --out {folder}` makes one")
     try:
-        run, rhythm = _record(folder, record)
+        run, rhythm = _record(_boots(folder, record))
     except _DAMAGE as error:
         raise NoRunError(f"{record} is damaged: {error}") from error
     known = {
@@ -139,7 +152,8 @@ def read_run(folder: Path, with_truth: bool = True) -> Run:
     }
     truth = _truth(folder / "truth.mcap") if with_truth else None
     ground = _ground(folder / "field.npz") if with_truth else None
-    return Run(folder, *run, truth=truth, ground=ground, rhythm=rhythm, **known)
+    written_s = record.stat().st_mtime
+    return Run(folder, *run, written_utc_s=written_s, truth=truth, ground=ground, rhythm=rhythm, **known)
 
 
 def spans_of(events: Sequence[Told], end_s: float) -> tuple[Span, ...]:
@@ -166,30 +180,76 @@ def angles_rad(quaternion_xyzw: F64) -> F64:
     return np.column_stack([roll, pitch, np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))])
 
 
-def _record(folder: Path, path: Path) -> tuple[tuple[Any, ...], dict[str, Any]]:
-    poses, times, events, plans = [], [], [], []
-    with path.open("rb") as file:
-        reader: McapReader = make_reader(file)
-        attached = {a.name: a.data for a in reader.iter_attachments()}
-        for _, channel, message in reader.iter_messages(topics=["/out/event", "/out/pose", "/plan"]):
-            if channel.topic == "/out/pose":
-                if message.sequence % EVERY == 0:
-                    times.append(message.log_time / 1e9)
-                    poses.append(np.frombuffer(message.data, "<f8"))
-            elif channel.topic == "/plan":
-                check_size(message.data, MOST_BYTES)
-                plans.append((message.log_time / 1e9, archive.from_npz(message.data)))
-            else:
-                events += [
-                    Told(row["now_ns"] / 1e9, str(row["severity"]), str(row["name"]), str(row["text"]))
-                    for row in json.loads(message.data)
-                ]
-    pose = np.array(poses, dtype=np.float64).reshape(-1, 6)
-    track = Track(np.array(times), pose[:, :3], pose[:, 3:])
+def _boots(folder: Path, record: Path) -> list[list[Path]]:
+    """Return the files of each boot, oldest first: the parts of its record."""
+    numbers = sorted(
+        int(found[1])
+        for path in folder.glob("onboard-boot*.mcap")
+        if (found := re.fullmatch(r"onboard-boot(\d+)\.mcap", path.name))
+    )
+    return [
+        family(first, whole_folder=False)
+        for first in [*(folder / f"onboard-boot{number}.mcap" for number in numbers), record]
+    ]
+
+
+class _Content:
+    """Content of the records of all boots, on one axis of time in s."""
+
+    def __init__(self) -> None:
+        self.times: list[float] = []
+        self.poses: list[F64] = []
+        self.events: list[Told] = []
+        self.plans: list[tuple[float, PlanPicture]] = []
+        self.attached: dict[str, bytes] = {}
+        self.heard = Collector()
+        self.end_s = 0.0
+
+    def read(self, path: Path, begin_s: float) -> None:
+        """Take one file of the boot that began at `begin_s`."""
+        with path.open("rb") as file:
+            reader: McapReader = make_reader(file)
+            self.attached |= {a.name: a.data for a in reader.iter_attachments()}
+            for _, channel, message in reader.iter_messages(topics=list(_TOPICS)):
+                time_s = begin_s + message.log_time / 1e9
+                self.end_s = max(self.end_s, time_s)
+                self._take(channel.topic, time_s, message.sequence, message.data, begin_s)
+
+    def _take(self, topic: str, time_s: float, sequence: int, data: bytes, begin_s: float) -> None:
+        if topic == "/out/pose":
+            if sequence % EVERY == 0:
+                self.times.append(time_s)
+                self.poses.append(np.frombuffer(data, "<f8"))
+        elif topic == "/plan":
+            check_size(data, MOST_BYTES)
+            self.plans.append((time_s, archive.from_npz(data)))
+        elif topic == "/out/event":
+            self.events += [
+                Told(begin_s + row["now_ns"] / 1e9, str(row["severity"]), str(row["name"]), str(row["text"]))
+                for row in json.loads(data)
+            ]
+        elif topic == "/out/link":
+            self.heard.out_link(time_s, data)
+        elif topic == "/in/link":
+            self.heard.in_link(time_s, data)
+        else:
+            self.heard.in_can(time_s, data)
+
+
+def _record(boots: Sequence[Sequence[Path]]) -> tuple[tuple[Any, ...], dict[str, Any]]:
+    found, begins = _Content(), list[float]()
+    for paths in boots:
+        begins.append(found.end_s)
+        found.heard.next_boot()
+        for path in paths:
+            found.read(path, begins[-1])
+    pose = np.array(found.poses, dtype=np.float64).reshape(-1, 6)
+    track = Track(np.array(found.times), pose[:, :3], pose[:, 3:])
+    attached = found.attached
     config = parse_toml(attached["config.toml"].decode())
     known = from_npz(attached["gdem.npz"]) if "gdem.npz" in attached else None
     versions, rhythm = (json.loads(attached.get(f"{name}.json", b"{}")) for name in ("versions", "rhythm"))
-    return (track, tuple(events), tuple(plans), config, versions, known), rhythm
+    return (track, tuple(found.events), tuple(found.plans), config, versions, known, found.heard, tuple(begins)), rhythm
 
 
 def _truth(path: Path) -> Truth | None:

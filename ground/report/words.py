@@ -44,6 +44,15 @@ TICKS = (
     "well; both run at once. It depends on the machine, and no decision depends on it."
 )
 WHEELS = "wheel 1 front left, 2 rear left, 3 rear right, 4 front right"
+TIME_LINE = (
+    "Battery, currents, link and events over the seconds of the run; the bands are the mission's phases. Currents of "
+    "the wheels are those of their drive motors. The link's rates are means over 5 s, of what the rover sent, whether "
+    "it arrived or not, and of what reached the rover."
+)
+SIGMA = (
+    "The blue band is twice the rover's own 1 sigma: an error outside of it is larger than the rover would have told."
+)
+RIM = "Pale yellow is no obstacle: no pose is free there only because a wheel would stand on ground that was not seen."
 CONTACTS = (
     "Counted is each contact of a wheel with a rock of 0.08 m or more, and each of the body with anything, by the "
     "bench; the rover is not told."

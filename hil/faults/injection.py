@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import difflib
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -13,7 +14,7 @@ from hil.faults.computer_faults import COMPUTER_FAULTS
 from hil.faults.disk_faults import DISK_FAULTS
 from hil.faults.node_faults import NODE_FAULTS
 from hil.faults.wheel_faults import WHEEL_FAULTS
-from hil.scenarios.model import Injection
+from hil.scenarios.model import Injection, Scenario
 from hil.world.world import World
 from onboard.config import ConfigError
 
@@ -154,13 +155,25 @@ INJECTIONS: Mapping[str, Cause] = {
 }
 
 
+def _check(faults: Iterable[Injection]) -> None:
+    for fault in faults:
+        if fault.fault not in INJECTIONS:
+            near = difflib.get_close_matches(fault.fault, INJECTIONS, n=1)
+            hint = f"did you mean `{near[0]}`?" if near else f"should be one of {', '.join(INJECTIONS)}"
+            raise ConfigError(f"faults.fault = {fault.fault!r}: {hint}")
+
+
+def causes(scenario: Scenario) -> tuple[Cause, ...]:
+    """The row of each fault of a scenario, in order. Raises ConfigError for an unknown one, with the nearest name."""
+    _check(scenario.faults)
+    return tuple(INJECTIONS[fault.fault] for fault in scenario.faults)
+
+
 class Injector:
     """Runs a scenario's faults in bench time. log: begin and heal of each fault, with its time."""
 
     def __init__(self, faults: tuple[Injection, ...]) -> None:
-        unknown = [f.fault for f in faults if f.fault not in INJECTIONS]
-        if unknown:
-            raise ConfigError(f"faults.fault = {unknown[0]!r} should be one of {', '.join(INJECTIONS)}")
+        _check(faults)
         self._waiting = list(faults)
         self._running: list[tuple[int, Injection]] = []
         self._first_ns: dict[str, int] = {"time": 0}

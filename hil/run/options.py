@@ -20,6 +20,7 @@ from hil.run import demo as after
 from hil.run.folder import check
 from hil.run.status import status
 from hil.scenarios.model import Scenario
+from hil.view.doing import Doing
 from hil.world.contacts import Contact, lines
 from onboard.config import ConfigError
 from protocol.visible import visible_lines
@@ -28,23 +29,30 @@ if TYPE_CHECKING:
     from hil.run.run import RunResult
     from hil.world.world import Progress
 
-SHOWN = (
-    "goal_reached",
-    "outcome",
-    "distance_to_goal_m",
-    "collisions",
-    "scans",
-    "replans",
-    "way_m",
-    "bench_s",
-    "rtf",
-    "replay",
-    "link_datagrams",
-    "link_lost",
-    "onboard_peak_rss_mb",
-)
-EX_OK, EX_FAILED, EX_INTERRUPTED = 0, 1, 130
+SHOWN = {  # key of summary.json: its name and unit for people
+    "goal_reached": ("goal reached", ""),
+    "outcome": ("the rover's word", ""),
+    "distance_to_goal_m": ("true distance to the goal", "m"),
+    "collisions": ("contacts", ""),
+    "scans": ("scans", ""),
+    "replans": ("changes of the global path", ""),
+    "way_m": ("driven", "m"),
+    "bench_s": ("time of the bench", "s"),
+    "rtf": ("times real time", ""),
+    "replay": ("replay", ""),
+    "link_datagrams": ("datagrams sent", ""),
+    "link_lost": ("datagrams lost", ""),
+    "onboard_peak_rss_mb": ("largest memory of onboard", "MB"),
+}
+EX_OK, EX_FAILED, EX_USAGE, EX_INTERRUPTED = 0, 1, 64, 130
+_PIPE_COLUMNS = 400
+_DOING_COLUMNS = 20  # `AUTONOMOUS scanning`
 EX_DATA, EX_NOINPUT, EX_UNAVAILABLE, EX_SOFTWARE, EX_CONFIG = 65, 66, 69, 70, 78
+
+
+def table_console() -> Console:
+    """Console for tables: as wide as the terminal; in a pipe so wide that each row is one line, for `grep`."""
+    return Console() if sys.stdout.isatty() else Console(width=_PIPE_COLUMNS)
 
 
 def fail(code: int, text: str) -> typer.Exit:
@@ -53,30 +61,42 @@ def fail(code: int, text: str) -> typer.Exit:
     return typer.Exit(code)
 
 
-def line(progress: Progress, wall_s: float, live: bool = False) -> Text:
-    """Live progress line; with a live operator the bench does not know the goal."""
-    doing = "scanning" if progress.sweeping else "driving" if progress.driving else "standing"
-    if doing == "standing" and progress.turning:
-        doing = "turning"
+def line(progress: Progress, wall_s: float, live: bool = False, said: str = "") -> Text:
+    """Live progress line; with a live operator the bench does not know the goal.
+
+    said: the flight program's own mode and phase; "": not known, so the line says what the body does.
+    """
+    doing = said or _seen(progress)
     rtf = progress.now_s / wall_s if wall_s > 0 else 0.0
     link = f"link {progress.link.get('received', 0)}/{progress.link.get('sent', 0)}" if progress.link else ""
     contacts = f"  contacts {len(progress.contacts)}" if progress.contacts else ""
+    width = _DOING_COLUMNS if said else 8
     return Text(
-        f"{progress.now_s:6.1f} s  x{rtf:4.1f}  {doing:8}  scan {progress.sweeps:2d}  driven {progress.way_m:4.1f} m  "
+        f"{progress.now_s:6.1f} s  x{rtf:4.1f}  {doing:{width}}  scan {progress.sweeps:2d}  "
+        f"driven {progress.way_m:4.1f} m  "
         + ("" if live else f"to go {progress.distance_to_goal_m:5.2f} m  ")
         + link
         + contacts
     )
 
 
+def _seen(progress: Progress) -> str:
+    """What the rover's body does, as the bench sees it."""
+    if progress.sweeping:
+        return "scanning"
+    return "driving" if progress.driving else "turning" if progress.turning else "standing"
+
+
 class Watch:
     """Display of a run's progress; prints each contact once, when it begins.
 
+    folder: of the run, whose record tells mode and phase; None: not shown
     contacts: contacts of the run so far
     """
 
-    def __init__(self, live: bool) -> None:
+    def __init__(self, live: bool, folder: Path | None = None) -> None:
         self._live, self._console, self._shown = live, Console(stderr=True), 0
+        self._doing = Doing(folder) if folder else None
         self.contacts: Sequence[Contact] = ()
 
     @contextmanager
@@ -90,7 +110,8 @@ class Watch:
                     text = f"contact at {contact.begin_s:.1f} s: {contact.what} at {contact.place}"
                     self._console.print(Text(text), soft_wrap=True)
                 self._shown = len(self.contacts)
-                tell(line(progress, wall_s, self._live), wall_s)
+                said = self._doing.words() if self._doing else ""
+                tell(line(progress, wall_s, self._live, said), wall_s)
 
             yield show
 
@@ -133,11 +154,23 @@ def _left(folder: Path) -> list[str]:
     return [f"record: {record}", f"report: .venv/bin/ground report {folder}"] if record.is_file() else []
 
 
+def write_report(folder: Path) -> None:
+    """Write the report of a run that Ctrl-C has ended and print its path; a failure is one line, the record is kept."""
+    if not (folder / "onboard.mcap").is_file():
+        return
+    with waiting(folder, "writing the report; Ctrl-C leaves it out ..."):
+        problem = after.report(folder)
+    if problem:
+        print(visible_lines(f"hil: the report failed: {problem.splitlines()[-1]}"), file=sys.stderr)
+    else:
+        print(f"report: {folder / 'report.html'}")
+
+
 def fly(scenario: Scenario, out: Path, pace: float = 0.0, onboard_python: str = "") -> RunResult:
     """Run with its status on standard error; on Ctrl-C end all processes and exit 130."""
     from hil.run.run import run as run_scenario  # the engine is slow to import: not for --help and `hil link`
 
-    watch = Watch(scenario.live)
+    watch = Watch(scenario.live, out)
     with _told(out, watch), watch.showing("starting bench, onboard, link and ground ...") as show:
         return run_scenario(scenario, out, show, pace=pace, onboard_python=onboard_python)
 
@@ -148,7 +181,7 @@ def fly_mixed(scenario: Scenario, out: Path, lidar: str, can: str) -> None:
     from hil.run.realtime import Real
     from hil.run.realtime import fly as fly_beside
 
-    watch = Watch(live=True)
+    watch = Watch(live=True, folder=out)
     try:
         with _told(out, watch), watch.showing("starting bench, onboard and link ...") as show:
             fly_beside(scenario, out, Real(lidar, can), show)
@@ -184,8 +217,9 @@ def conclude(scenario: Scenario, result: RunResult) -> dict[str, Any]:
 def show(facts: dict[str, Any], contacts: Sequence[Contact]) -> None:
     """Print the summary's main figures and each contact."""
     table = Table(show_header=False, box=None)
-    for key in SHOWN:
-        table.add_row(key, str(facts[key]))
+    for key, (name, unit) in SHOWN.items():
+        value = facts[key] if not isinstance(facts[key], bool) else "yes" if facts[key] else "no"
+        table.add_row(name, f"{value} {unit}".rstrip())
     table.add_row("scanner", after.scanner_line(facts["scanner"]))
-    Console().print(table)
+    table_console().print(table)
     print("\n".join(lines(contacts)))

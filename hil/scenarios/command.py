@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import json
 import shutil
 from collections.abc import Iterable, Mapping
@@ -16,14 +17,32 @@ from rich.text import Text
 
 from hil.devices.lidar.errors import lidar_table
 from hil.plant.rays.casters import CASTERS
-from hil.run.options import EX_CONFIG, EX_FAILED, EX_NOINPUT, EX_OK, EX_SOFTWARE, conclude, fail, fly, show
+from hil.run.options import (
+    EX_CONFIG,
+    EX_FAILED,
+    EX_NOINPUT,
+    EX_OK,
+    EX_SOFTWARE,
+    conclude,
+    fail,
+    fly,
+    show,
+    table_console,
+)
 from hil.scenarios.model import Scenario, load_scenario, paths_in
 from hil.view.command import PORT, AfterOption, PortOption, WatchOption, check_film, film, shown
 from hil.world.contacts import lines
 from onboard.config import ConfigError, load, parse_override
 from protocol.visible import visible
 
-Name = Annotated[str, typer.Argument(metavar="SCENARIO", help="A name of `hil list`, or a TOML file.")]
+Name = Annotated[
+    str,
+    typer.Argument(
+        metavar="SCENARIO",
+        help="A name of `hil list`, or a TOML file.",
+        autocompletion=lambda incomplete: _names(incomplete),
+    ),
+]
 LidarOption = Annotated[
     list[str] | None,
     typer.Option(
@@ -148,7 +167,7 @@ def list_scenarios(as_json: AsJson = False) -> None:
     table = Table("name", "terrain", "ends", "what happens", box=None)
     for scenario in found:
         table.add_row(scenario.name, scenario.terrain, scenario.expect.ends, scenario.about)
-    Console().print(table)
+    table_console().print(table)
     print("more of one: hil explain NAME; fly it: hil run NAME")
 
 
@@ -157,16 +176,28 @@ def explain_scenario(scenario: Name) -> None:
     from hil.scenarios.library import explain
 
     read = _read(scenario)
-    print(f"{read.name}: " + "\n".join(map(visible, explain(read))))
+    try:
+        told = list(explain(read))
+    except ConfigError as error:
+        raise fail(EX_CONFIG, f"{visible(scenario)}: {error}") from None
+    print(f"{read.name}: " + "\n".join(map(visible, told)))
+
+
+def _names(incomplete: str) -> list[str]:
+    from hil.scenarios.library import names
+
+    return names(incomplete)
 
 
 def _read(name: str) -> Scenario:
-    from hil.scenarios.library import find
+    from hil.scenarios.library import find, names
 
     try:
         return load_scenario(find(name))
     except (FileNotFoundError, IsADirectoryError):
-        raise fail(EX_NOINPUT, f"no scenario {name}; the bench's own are in `hil list`") from None
+        near = difflib.get_close_matches(name, names(), n=1)
+        hint = f"did you mean {near[0]}? All" if near else "the bench's own"
+        raise fail(EX_NOINPUT, f"no scenario {name}; {hint} are in `hil list`") from None
     except ConfigError as error:
         raise fail(EX_CONFIG, str(error)) from None
 
@@ -181,4 +212,4 @@ def _tell(verdicts: list[dict[str, Any]]) -> None:
     for verdict in verdicts:
         kept = "[green]kept" if verdict["holds"] else "[red]broken"
         table.add_row(Text(visible(verdict["promise"])), kept, Text(visible(verdict["found"])))
-    Console().print(table)
+    table_console().print(table)

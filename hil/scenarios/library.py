@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from hil.faults.injection import INJECTIONS
+from hil.faults.injection import causes
 from hil.scenarios.model import Injection, Scenario, load_scenario, scanner_of
 from protocol.tables.faults import BY_NAME
 
@@ -27,8 +27,17 @@ def find(name: str) -> Path:
     return own
 
 
+def names(incomplete: str = "") -> list[str]:
+    """Names of the bench's own scenarios that begin so, sorted."""
+    return sorted(path.stem for path in FOLDER.glob("*.toml") if path.stem.startswith(incomplete))
+
+
 def explain(scenario: Scenario) -> Iterator[str]:
-    """Yield the description line by line: events, expected responses of the flight program, promises."""
+    """Yield the description line by line: events, expected responses of the flight program, promises.
+
+    Raises ConfigError for an unknown fault.
+    """
+    known = causes(scenario)
     yield scenario.about
     yield ""
     yield f"ground     {scenario.terrain}, seed {scenario.seed}"
@@ -43,8 +52,8 @@ def explain(scenario: Scenario) -> Iterator[str]:
     yield f"scanner    {scanner.profile}{': ' + own if own else ''}"
     for key, item in scenario.set.items():
         yield f"setting    {key} = {item!r}"
-    for fault in scenario.faults:
-        yield f"fault      {_when(fault)}: {INJECTIONS[fault.fault].means}"
+    for fault, cause in zip(scenario.faults, known, strict=True):
+        yield f"fault      {_when(fault)}: {cause.means}"
     for name in dict.fromkeys((*scenario.expect.raises, *scenario.expect.detects)):
         row = BY_NAME[name]
         yield f"expected   {name} within {row.detect_s:g} s: {row.condition}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from queue import SimpleQueue
@@ -11,15 +12,24 @@ from viser import GuiApi
 
 from hil.view.player import SPEEDS, Player
 from hil.view.scene import LAYERS, Scene
-from hil.view.story import Instant, Told
+from hil.view.story import Instant, Moment, Told
 from protocol.visible import visible
 
 STEP_S = 0.1
 _MARKUP = re.compile(r"[!-/:-@\[-`{-~]")  # ASCII punctuation
 MARKS = {"fault": "⚡ ", "warning": "▲ ", "error": "■ ", "critical": "■ "}
-LEGEND = (
-    "**Rays** pink. **Map** green free, orange obstacle, grey hidden. **Ways** black driven, green as the rover "
-    "believes, blue dashes the global path, purple what it drives now."
+LEGEND = "\n".join(
+    (
+        "- 🟩 map: free",
+        "- 🟧 map: obstacle",
+        "- 🟨 map: beside unknown ground",
+        "- ⬜ map: hidden, grey",
+        "- 🩷 rays of the scanner",
+        "- ⬛ path driven",
+        "- 🟢 path driven, as the rover believes",
+        "- 🔵 global path, dashed",
+        "- 🟣 path that it drives now",
+    )
 )
 
 
@@ -34,7 +44,7 @@ class Panel:
         gui.set_panel_label("El Dorado")
         self._status = gui.add_markdown("")
         self._time = gui.add_slider("time, s", 0.0, 1.0, STEP_S, 0.0)
-        self._hold = gui.add_button("hold / play")
+        self._hold = gui.add_button("play / pause")
         self._speed = gui.add_dropdown("speed", [f"{speed:g}" for speed in SPEEDS], initial_value="5")
         self._live = gui.add_checkbox("newest", live, visible=live, hint="show the run as far as it has come")
         self._accompany = gui.add_checkbox("follow rover", False, hint="the camera moves as the rover does")
@@ -81,13 +91,32 @@ class Panel:
 
 
 def status(instant: Instant, end_s: float, rtf: float) -> str:
-    """Time, speed of the run, active faults, contacts."""
+    """Time, speed of the run, mode and phase, true place, active faults, contacts."""
     speed = f"   ×{rtf:.1f} real time" if rtf else ""
     lines = [f"**{instant.time_s:.1f} s** of {end_s:.1f} s{speed}"]
+    if instant.mode:
+        lines.append(f"**{plain(instant.mode)}**")
+    lines.append(place(instant.moment))
     lines += [f"⚡ **fault: {plain(name)}**" for name in instant.faults]
     if instant.moment.contact:
         lines.append(f"■ **touches: {plain(instant.moment.contact)}**")
     return "\n\n".join(lines)
+
+
+def place(moment: Moment) -> str:
+    """True place, heading and tilt of the rover."""
+    x_m, y_m, _ = moment.position_m
+    roll, pitch, yaw = (math.degrees(angle) for angle in _angles_rad(*moment.quaternion_xyzw))
+    return f"x {x_m:.2f} m, y {y_m:.2f} m, heading {round(yaw)}°; roll {round(roll)}°, pitch {round(pitch)}°"
+
+
+def _angles_rad(x: float, y: float, z: float, w: float) -> tuple[float, float, float]:
+    """Roll, pitch, yaw of a unit quaternion, intrinsic z-y-x."""
+    return (
+        math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),
+        math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x)))),
+        math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
+    )
 
 
 def event_line(told: Told) -> str:

@@ -9,9 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hil.view.doing import after
 from hil.world.truth import Met, Patch
 from onboard.planning.archive import PlanPicture
 from onboard.records import F32, F64, Grid
+from protocol.tables.modes import Mode
 
 STEP_M = 0.05  # step of the drawn paths
 LAST_TURN_S = 0.3  # outside a sweep a turn of the scanner is shown for this time
@@ -84,6 +86,7 @@ class Instant:
     faults: active faults
     way, believed_way: (k, 3) path so far, true and as estimated by the flight program
     patches: changes of the ground so far
+    mode: mode and phase that the flight program reports, '' if unknown
     """
 
     time_s: float
@@ -96,6 +99,7 @@ class Instant:
     way: F64
     believed_way: F64
     patches: tuple[Patch, ...] = ()
+    mode: str = ""
 
 
 class Way:
@@ -161,6 +165,7 @@ class Story:
             self.way.until(time_s),
             self.believed_way.until(time_s),
             tuple(patch for _, patch in self.patches[: _until(self.patches, time_s)]),
+            _mode(self.told[:told]),
         )
 
     def _turns(self, time_s: float) -> tuple[Met, ...]:
@@ -188,3 +193,11 @@ class Story:
 def _until(rows: list[Any], time_s: float) -> int:
     """Number of rows up to `time_s`; a row's first entry is its time."""
     return bisect_right(rows, time_s, key=lambda row: row[0])
+
+
+def _mode(told: Sequence[Told]) -> str:
+    """Mode and phase after these events; '' before the first."""
+    mode, phase = Mode.STANDBY.name, ""
+    for one in told:
+        mode, phase = after(mode, phase, one.name, one.text)
+    return f"{mode} {phase}".strip() if told else ""

@@ -11,6 +11,7 @@ from hil.terrain.mesh import soil_height
 from hil.view.story import TrueGround
 from onboard.planning.archive import PlanPicture
 from onboard.records import F32, F64, I32, U8, Bool, Grid, NodeSet
+from pictures.rim import rim
 
 LARGEST = 400_000  # nodes of the ground; of a larger field every second node is shown, and so on
 ABOVE_M = 0.03  # height of drawn objects above the ground
@@ -19,6 +20,7 @@ SETS = {  # as in the report's pictures
     NodeSet.OUTSIDE: (247, 247, 247), NodeSet.OCCLUDED: (120, 120, 150), NodeSet.OBSTACLE: (222, 110, 40),
     NodeSet.FREE: (90, 190, 150),
 }  # fmt: skip
+RIM = (235, 222, 150)
 
 
 class Surface(NamedTuple):
@@ -58,6 +60,7 @@ def map_surface(plan: PlanPicture) -> Surface:
     colours = np.zeros((*known.shape, 3), np.uint8)
     for node_set, colour in SETS.items():
         colours[plan.node_sets == node_set] = colour
+    colours[rim(plan.node_sets, plan.heights_m, plan.grid.cell_m)] = RIM
     return _surface(*_axes(plan.grid), np.where(known, plan.heights_m + ABOVE_M, 0.0), known, colours)
 
 

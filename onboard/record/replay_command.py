@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -21,7 +22,7 @@ EXAMPLES = """\b
 Examples:
   onboard replay build/demo/onboard.mcap
   onboard replay --with-config new.toml build/demo/onboard.mcap
-  onboard replay --set motion.speed_mps=0.1 --json build/demo/onboard.mcap"""
+  onboard replay --set motion.cruise_mps=0.1 --json build/demo/onboard.mcap"""
 
 
 @click.command("replay", epilog=EXAMPLES)
@@ -91,7 +92,8 @@ def _print_report(path: Path, as_json: bool, with_config: Path | None, settings:
     try:
         found = fly(path, changed_config(path, with_config, dict(parse_override(text) for text in settings)))
     except ConfigError as error:
-        raise fail(EX_CONFIG, str(error)) from None
+        text = re.sub(r"\S*/config\.toml", f"{path} with --set", str(error))  # its copy of the record's attachment
+        raise fail(EX_CONFIG, str(error) if with_config else text) from None
     except DamagedRecordError as error:
         raise fail(EX_DATAERR, f"{path} is damaged: {error}") from None
     except FileNotFoundError:

@@ -228,7 +228,7 @@ def test_contacts_show_lists_the_windows_without_asking_the_rover(meet, tmp_path
 
 def test_an_unknown_round_trip_is_unknown_in_the_text_of_status(meet, monkeypatch):
     monkeypatch.setattr(FarClock, "measure", lambda self, answered_ns: None)
-    _, lines, _ = meet(VirtualStation(), "status")
+    _, lines, _ = meet(VirtualStation(), "status", "--all")
     rows = {line.split()[0]: " ".join(line.split()[1:]) for line in lines if line}
     assert rows["rtt_s"] == "unknown" and rows["clock"].endswith("its error unknown")
 
@@ -243,7 +243,7 @@ def test_who_has_no_more_time_for_a_lease_still_waits_in_line(meet):
 
 
 def test_status_says_lease_versions_contact_and_clock(meet):
-    code, lines, _ = meet(VirtualStation(), "status")
+    code, lines, _ = meet(VirtualStation(), "status", "--all")
     rows = {line.split()[0]: " ".join(line.split()[1:]) for line in lines if line}
     assert code == 0 and rows["lease_station"] == "nobody" and rows["versions"] == "alike"
     assert rows["dbc_version"] == f"{OURS.dbc:08x}" and rows["contact"].startswith("no windows")

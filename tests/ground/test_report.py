@@ -3,9 +3,11 @@
 import math
 import re
 import shutil
+import struct
 import zipfile
 from dataclasses import replace
 from html import escape
+from importlib.metadata import version
 
 import numpy as np
 import pytest
@@ -15,13 +17,17 @@ from synthetic_run import GOAL, write_run, write_truth
 from typer.testing import CliRunner
 
 from ground.cli.verbs.report import report_command
-from ground.report import run_files
+from ground.report import pictures, run_files
 from ground.report.report import html, report
 from ground.report.run_files import NoRunError, Told, angles_rad, read_run, spans_of
+from ground.report.telemetry import Collector
 from ground.report.words import EXPECTED_REFUSAL, RULES
 from hil.records import Touch
 from onboard.planning import mission_rule
 from onboard.records import Pose
+from protocol.generated import eldorado_dialect as dialect
+from protocol.generated.can_codec import TABLE
+from protocol.link.datagrams import Kind
 
 
 @pytest.fixture(scope="module")
@@ -29,6 +35,11 @@ def folder(tmp_path_factory):
     made = tmp_path_factory.mktemp("run")
     write_run(made)
     return made
+
+
+def written(folder):
+    write_run(folder, ground=False, bench=False, step=50)
+    return folder
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +54,7 @@ def command(*words):
 
 
 def test_the_page_fetches_nothing_from_outside(page):
-    assert not re.search(r"""(src|href)\s*=\s*["'](?!data:)""", page)
+    assert not re.search(r"""src\s*=\s*["'](?!data:)|href\s*=\s*["'](?!#)""", page)
     assert "url(" not in page
     assert "@import" not in page
     assert "<script" not in page
@@ -51,7 +62,7 @@ def test_the_page_fetches_nothing_from_outside(page):
 
 def test_every_picture_is_inside_the_page_and_has_words(page):
     pictures = re.findall(r'<img alt="([^"]*)" src="data:image/png;base64,([^"]*)">', page)
-    assert page.count("<img") == len(pictures) == 10
+    assert page.count("<img") == len(pictures) == 11
     scored = [words for words, _ in pictures if "where the strategy would scan next" in words]
     assert [words.split(":")[0] for words in scored] == ["Stop 1", "Stop 2"]  # the last decides by R4 alone
     assert all(len(words) > 20 and data.startswith("iVBORw0KGgo") for words, data in pictures)
@@ -90,6 +101,52 @@ def test_every_picture_is_inside_the_page_and_has_words(page):
 )
 def test_the_facts_are_on_the_page(page, fact):
     assert fact in page
+
+
+def test_every_section_is_in_the_contents_and_each_entry_leads_to_one(page):
+    contents = re.findall(r'<li><a href="#([^"]+)">', page)
+    assert contents == re.findall(r'<section id="([^"]+)">', page) and len(contents) > 8
+
+
+def test_version_commit_and_date_of_the_record_are_named(folder):
+    run = replace(read_run(folder), versions={"commit": "0123456789abcdef"}, written_utc_s=0.0)
+    assert f"El Dorado {version('el-dorado')}, flight program of commit 0123456789ab" in html(run)
+    assert "written on 1970-01-01 at 00:00 UTC" in html(run)
+
+
+def test_records_of_earlier_boots_lie_before_the_last_one_on_one_axis(tmp_path):
+    write_run(tmp_path, ground=False, bench=False, step=50)
+    alone = read_run(tmp_path)
+    (tmp_path / "onboard.mcap").rename(tmp_path / "onboard-boot1.mcap")
+    write_run(tmp_path, ground=False, bench=False, step=50)
+    both = read_run(tmp_path)
+    assert both.boots_s == (0.0, pytest.approx(89.5)) and len(both.plans) == 2 * len(alone.plans)
+    assert np.all(np.diff(both.estimated.times_s) >= 0)
+    assert [e.time_s for e in both.events][len(alone.events)] == pytest.approx(alone.events[0].time_s + 89.5)
+    assert "started 2 times, again at 89.5 s" in report(tmp_path).read_text()
+
+
+def test_a_damaged_record_of_an_earlier_boot_is_one_line(folder, tmp_path):
+    shutil.copytree(folder, tmp_path / "run")
+    (tmp_path / "run" / "onboard-boot1.mcap").write_bytes(b"noise")
+    with pytest.raises(NoRunError, match="damaged"):
+        read_run(tmp_path / "run")
+
+
+def bundle(*messages):
+    return b"".join(struct.pack("<BH", Kind.MAVLINK, len(m)) + m for m in messages)
+
+
+def test_telemetry_currents_and_bytes_of_a_record_become_lines():
+    heard, mavlink = Collector(), dialect.MAVLink(None)
+    sent = [mavlink.sys_status_encode(0, 0, 0, 100, 25_500, 210, 80, 0, 0, 0, 0, 0, 0).pack(mavlink)]
+    heard.out_link(3.0, bundle(*sent, b"noise"))
+    status = TABLE[0x1A2].encode(1.25, 0.0, 20, 0, 0)
+    heard.in_can(4.0, struct.pack("<qHB", 0, 0x1A2, 8) + status)
+    lines = heard.lines()
+    assert lines.voltage_v.tolist() == [[3.0, 25.5]]
+    assert [rows.tolist() for rows in lines.wheel_currents_a] == [[], [[4.0, 1.25]], [], []]
+    assert lines.sent_bits[:, 1].sum() == 8 * (sum(map(len, sent)) + len(b"noise"))
 
 
 def test_decisions_stand_in_the_order_of_the_stops_with_their_reasons(page):
@@ -191,7 +248,15 @@ def test_without_truth_the_page_shows_only_what_the_rover_knew(tmp_path):
     page = report(tmp_path, with_truth=False).read_text()
     assert "estimated speed" in page
     assert "against where it was" not in page
-    assert page.count("<img") == 7
+    assert page.count("<img") == 8
+
+
+def test_without_a_goal_none_is_drawn(tmp_path):
+    run = replace(read_run(written(tmp_path)), plans=(), facts={})
+    assert pictures._goal(run) is None
+    run.heard._items.update(goal_x_m=[(1.0, 8.0)], goal_y_m=[(1.0, 3.0)])
+    assert pictures._goal(run) == (8.0, 3.0)
+    assert html(replace(run, heard=Collector())).count("<img") > 3
 
 
 def test_a_record_alone_is_enough(tmp_path):

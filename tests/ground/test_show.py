@@ -14,13 +14,13 @@ from protocol.tables.telemetry import TABLE
 
 
 @pytest.mark.parametrize(("name", "value", "line"), [
-    ("computer_temperature_c", 54.0, "computer_temperature_c   54"),
-    ("computer_temperature_c", 97.0, "computer_temperature_c   97  out of limits"),
-    ("free_disk_mb", 12.5, "free_disk_mb             12.5  out of limits"),
+    ("computer_temperature_c", 54.0, "computer_temperature_c   54 °C"),
+    ("computer_temperature_c", 97.0, "computer_temperature_c   97 °C  out of limits"),
+    ("free_disk_mb", 12.5, "free_disk_mb             12.5 MB  out of limits"),
     ("faults", 0.0, "faults                   none"),
     ("faults", 2.0**32 + 2.0**33, "faults                   OPERATOR COMPUTER_STRAINED  out of limits"),
     ("mode", 2.0, "mode                     AUTONOMOUS"),
-    ("x_m", 1e4, "x_m                      10000"), ("cpu_ratio", None, "cpu_ratio                ?"),
+    ("x_m", 1e4, "x_m                      10000 m"), ("cpu_ratio", None, "cpu_ratio                ?"),
 ])  # fmt: skip
 def test_an_item_is_a_line_and_marked_where_it_is_out_of_its_limits(name, value, line):
     assert item_line(name, value) == line

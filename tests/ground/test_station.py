@@ -164,7 +164,7 @@ def test_a_script_in_lock_step_drives_and_fetches_and_repeats_to_the_byte(tmp_pa
 
 def test_a_failed_goto_is_exit_code_1_and_json_tells_it(tmp_path):
     got = fly(tmp_path / "a", "lan", "--json", fails=True)
-    assert (got["code"], got["err"]) == (1, "ground: the rover reported a failure\n")
+    assert (got["code"], got["err"]) == (1, "ground: goto failed: no way\n")
     news = [json.loads(line) for line in got["out"].splitlines()]
     assert {"FAILED"} == {n["state"] for n in news if n["news"] == "report" and n["command"] == "goto"} - {
         "ACCEPTED",

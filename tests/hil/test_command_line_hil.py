@@ -3,9 +3,11 @@
 import fcntl
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 from hil.run.folder import MARKER
+from hil.scenarios.library import FOLDER, names
 
 ROOT = Path(__file__).parents[2]
 
@@ -43,6 +45,16 @@ def test_a_can_interface_that_is_not_there_is_named_with_its_cure_and_exit_69(tm
     assert done.returncode == 69
     assert "hil: socketcan:vcan7 cannot be opened" in done.stderr
     assert "ip link add vcan7 type vcan" in done.stderr
+
+
+def test_the_shell_completes_scenario_names_and_the_version_is_that_of_the_package():
+    assert names("wheel_stu") == ["wheel_stuck"] and set(names()) == {path.stem for path in FOLDER.glob("*.toml")}
+    done = hil("-m", "hil", "--version")
+    assert (done.returncode, done.stdout.split()) == (0, ["hil", version("el-dorado")])
+
+
+def test_a_wrong_option_is_a_usage_error_of_sysexits():
+    assert hil("-m", "hil", "list", "--nonsense").returncode == 64
 
 
 def test_a_folder_that_another_bench_flies_in_is_refused_and_left_as_it_is(tmp_path):

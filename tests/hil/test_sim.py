@@ -31,14 +31,12 @@ def sim(tmp_path):
     process.ask, process.folder = ask, tmp_path
     yield process
     process.send_signal(signal.SIGINT)
-    _, said = process.communicate(timeout=60)
+    _, said = process.communicate(timeout=300)
     assert process.returncode == 0, said
-    assert said.splitlines()[-4:] == [
-        "hil: ended by Ctrl-C; all processes are gone",
-        "contacts: none",
-        f"record: {tmp_path / 'onboard.mcap'}",
-        f"report: .venv/bin/ground report {tmp_path}",
-    ]
+    lines = said.splitlines()
+    at = lines.index("hil: ended by Ctrl-C; all processes are gone")
+    assert lines[at + 1 : at + 3] == ["contacts: none", f"record: {tmp_path / 'onboard.mcap'}"]
+    assert (tmp_path / "report.html").is_file(), said
 
 
 def test_the_record_of_a_start_that_has_ended_is_kept_with_all_its_parts(tmp_path):

@@ -10,6 +10,7 @@ from hil.view.story import TrueGround
 from hil.view.surfaces import ABOVE_M, dashes, ground_surface, map_surface, on_ground, segments
 from onboard.planning import archive
 from onboard.records import NodeSet
+from pictures.rim import rim
 from tests.ground.synthetic_run import field, plan_at
 
 
@@ -69,8 +70,10 @@ def test_the_map_is_drawn_where_it_knows_the_height_in_the_colour_of_its_set(pla
     )
     np.testing.assert_allclose(surface.vertices_m[:, 2], plan.heights_m[j, i] + ABOVE_M, atol=1e-6)
     assert not (plan.node_sets[j, i] == NodeSet.OUTSIDE).any()
+    beside = rim(plan.node_sets, plan.heights_m, plan.grid.cell_m)[j, i]
+    assert (surface.colours[beside] == surfaces.RIM).all() and beside.any()
     for node_set, colour in surfaces.SETS.items():
-        assert (surface.colours[plan.node_sets[j, i] == node_set] == colour).all()
+        assert (surface.colours[(plan.node_sets[j, i] == node_set) & ~beside] == colour).all()
 
 
 def test_the_texture_at_a_vertex_has_its_colour(ground, plan):

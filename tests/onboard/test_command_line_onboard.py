@@ -1,8 +1,10 @@
 """The command `onboard` says what is wrong in one line, with an exit code, never with a traceback."""
 
 import re
+from importlib.metadata import version
 
 import pytest
+from click.shell_completion import ShellComplete
 from click.testing import CliRunner
 
 from onboard.__main__ import app
@@ -48,6 +50,21 @@ def test_a_misspelt_key_exits_78_with_file_key_and_what_was_meant(tmp_path):
 )
 def test_a_wrong_setting_exits_78_and_is_named(setting, named):
     assert named in complaint(onboard("run", "--set", "clock.mode=lockstep", "--set", setting), 78)
+
+
+def test_a_misspelt_command_is_answered_by_the_one_most_like_it():
+    assert "Did you mean 'status'?" in onboard("stauts").output
+    assert "Did you mean" not in onboard("qqqq").output
+
+
+def test_the_shell_completes_commands_and_their_options():
+    found = ShellComplete(app, {}, "onboard", "_ONBOARD_COMPLETE")
+    assert [item.value for item in found.get_completions([], "stat")] == ["status"]
+    assert "--config" in [item.value for item in found.get_completions(["run"], "--c")]
+
+
+def test_the_version_is_that_of_the_package():
+    assert onboard("--version").output.split() == ["onboard", version("el-dorado")]
 
 
 def test_the_printed_configuration_reads_back(tmp_path):

@@ -96,6 +96,7 @@ def test_info_prints_what_the_sensor_says_and_leaves_it_quiet(world):
     got = world.run("info", world.address)
     assert got.exit_code == 0, got.output
     lines = got.stdout.splitlines()
+    assert "40 turns a second, 270 degrees in steps of 0.25" in lines[0]
     assert "PROD  SOKUIKI Sensor TOP-URG UTM-30LX" in lines and "STAT  Sensor works well." in lines
     assert lines[-1] == "asked with MD0000108001000: 1081 beams"
     assert not world.twin.laser_on

@@ -16,6 +16,7 @@ from pictures.ldem import SET_COLOURS, ldems, set_picture
 from pictures.next_position import next_position
 from pictures.orientation import orientation
 from pictures.paths import Ways, paths
+from pictures.rim import COLOUR, NAME, rim
 from pictures.style import png
 from pictures.terrain import Ground, hillshade, terrain
 from pictures.timelines import Span, Track
@@ -147,6 +148,28 @@ def test_the_four_node_sets_have_four_colours_and_legend_entries():
     assert len(np.unique(set_picture(plan()).reshape(-1, 3)[: 20 * 40], axis=0)) == 2
 
 
+def bumpy(step_m):
+    """Free ground, three rows of unreachable cells and the unknown beside them; a step in the known part, or none."""
+    sets = np.full((40, 40), NodeSet.FREE, np.uint8)
+    sets[:10], sets[10:13], sets[30, 20] = NodeSet.OUTSIDE, NodeSet.OBSTACLE, NodeSet.OBSTACLE
+    heights = np.where(sets == NodeSet.OUTSIDE, np.nan, 0.0).astype(np.float32)
+    heights[11, 5] = step_m
+    return sets, heights
+
+
+def test_cells_that_only_lie_beside_unknown_ground_have_the_rim_s_colour_and_obstacles_have_not():
+    found = rim(*bumpy(0.0), 0.2)
+    assert found[10:13].all() and found.sum() == 3 * 40  # the single cell far from the unknown is an obstacle
+    stepped = rim(*bumpy(0.08), 0.2)
+    assert not stepped[10:13, 3:8].any() and stepped[10:13, 12:].all()
+    assert (rim(*bumpy(0.06), 0.2) == found).all()  # a step that wheels may climb
+
+
+def test_the_rim_is_named_in_the_legend_with_a_colour_of_its_own():
+    assert COLOUR not in SET_COLOURS.values()
+    assert NAME in legend(ldems([plan()], 1.1, (0.95, 0.56)))
+
+
 def scored(choices):
     made = plan(choices=0)
     scores = np.where(made.node_sets == NodeSet.FREE, HEIGHTS[:, :40], np.nan).astype(np.float32)
@@ -257,7 +280,7 @@ def test_a_predicted_way_shows_what_is_driven_what_is_hoped_for_and_the_sets():
     made = way(Sets(GRID, HEIGHTS, sets), LINE[:20], LINE[20:, :2], (10.0, 2.0), "predicted 10 m")
     assert size(png(made))[0] == 1050
     names = {"hoped for, not seen yet", "to be driven", "rover", "goal"}
-    assert legend(made) == names | {"outside", "occluded", "obstacle", "free"}
+    assert legend(made) == names | {"outside", "occluded", "obstacle", "free", NAME}
     assert "hoped for, not seen yet" not in legend(way(Sets(GRID, HEIGHTS, sets), LINE, LINE[:0, :2], (10, 2), ""))
 
 

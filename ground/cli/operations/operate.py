@@ -46,6 +46,7 @@ class Plan:
     lifetime_s: lifetime of a command that moves the rover, s.
     report_s: time between status lines, s.
     asked_by: origin of the requests, for the archive.
+    typed: True if the steps are one typed command, no script.
     """
 
     steps: tuple[Step, ...] = ()
@@ -55,6 +56,7 @@ class Plan:
     lifetime_s: float = 60.0
     report_s: float = 5.0
     asked_by: str = "command line"
+    typed: bool = False
 
     @property
     def halts(self) -> bool:
@@ -92,11 +94,11 @@ class Teller:
             elif not isinstance(one, Item):
                 self._out(show.news_line(one) or "")
 
-    def begun(self, lines: list[str], now_ns: int) -> None:
-        """Print the lines of the script that begin now."""
+    def begun(self, lines: list[str], now_ns: int, what: str = "script") -> None:
+        """Print the lines that begin now. what: `script`, or `asked` for a command that was typed."""
         for line in lines:
             if not self._json:
-                self._out(f"{show.clock(now_ns)}  script    {line}")
+                self._out(f"{show.clock(now_ns)}  {what:8}  {line}")
 
     def status(self, session: Session, now_ns: int) -> None:
         """Print a status line when one is due."""
@@ -236,7 +238,7 @@ def _turns(station: Station, clock: Clock, plan: Plan, teller: Teller, beside: B
         if beside is not None:
             beside.turn(news, now_ns)
         if plan.steps:
-            teller.begun(runner.step(session, now_ns), now_ns)
+            teller.begun(runner.step(session, now_ns), now_ns, "asked" if plan.typed else "script")
         teller.news(station.flush(now_ns))
         while station.sent and station.without:
             teller.said(f"{station.without.pop(0)}; sent without it", now_ns)

@@ -7,6 +7,7 @@ import math
 from enum import IntEnum
 from typing import Any
 
+from ground.link.event_words import event_words
 from ground.link.news import EventHeard, News, ProductHeard, Progress, ReportHeard
 from ground.link.schedule import utc_words
 from ground.link.session import Session
@@ -15,7 +16,7 @@ from protocol.link.bulk import Product
 from protocol.products.way import WayProduct, decode_way
 from protocol.tables.faults import named
 from protocol.tables.modes import Mode, Phase
-from protocol.tables.telemetry import out_of_limits
+from protocol.tables.telemetry import BY_NAME, out_of_limits
 
 WAY = "way"  # the product that answers a goto
 NAMED: dict[str, type[IntEnum]] = {"mode": Mode, "phase": Phase}
@@ -30,9 +31,9 @@ def news_line(news: News) -> str | None:
     """Return one line of text; None for items, which the status line shows."""
     match news:
         case EventHeard(at_ns, onboard_ns, _, severity, name, text):
-            return f"{clock(at_ns)}  {severity:8}  {name}: {text}  (onboard {onboard_ns / 1e9:.2f} s)"
+            return f"{clock(at_ns)}  {severity:8}  {name}: {event_words(text)}  (onboard {onboard_ns / 1e9:.2f} s)"
         case ReportHeard(at_ns, name, report):
-            words = f": {report.text}" if report.text else ""
+            words = f": {event_words(report.text)}" if report.text else ""
             return f"{clock(at_ns)}  command   {name} #{report.request_id} {report.state.name.lower()}{words}"
         case ProductHeard(at_ns, product) if product.name == WAY:
             return f"{clock(at_ns)}  way       {_way_or_why_not(product.data)}"
@@ -55,6 +56,8 @@ def news_json(news: News) -> str:
             tree |= {"at_ns": at_ns, **product._asdict(), "data": len(product.data)}
         case _:
             tree |= news._asdict()
+    if tree.get("name") in NAMED and "value" in tree:
+        tree["word"] = item_words(tree["name"], _plain(tree["value"]))
     return json.dumps({key: _plain(item) for key, item in tree.items()})
 
 
@@ -144,7 +147,8 @@ def status(session: Session, now_ns: int) -> dict[str, Any]:
         "clock_error_s": None if clock is None or clock.error_ns is None else clock.error_ns / 1e9,
         "versions": session.mismatch or ("alike" if session.versions else "not known"),
     }
-    return {"items": {name: _plain(item.value) for name, item in session.items.items()}, "link": link}
+    items = {name: _plain(item.value) for name, item in session.items.items()}
+    return {"items": items, "words": {name: item_words(name, items.get(name)) for name in NAMED}, "link": link}
 
 
 def item_line(name: str, value: float | None) -> str:
@@ -183,7 +187,16 @@ def item_words(name: str, value: float | None) -> str:
         return " ".join(named(int(value))) or "none"
     if name == "lease_station":
         return f"{value:g}" if value else "nobody"
-    return kind(int(value)).name if kind and int(value) in kind.__members__.values() else f"{value:g}"
+    if kind and int(value) in kind.__members__.values():
+        return kind(int(value)).name
+    return measured(value, BY_NAME[name].unit if name in BY_NAME else "")
+
+
+def measured(value: float, unit: str) -> str:
+    """Return a number with its unit as people read it: angles in degrees, ratios bare."""
+    if unit.startswith("rad"):
+        return f"{math.degrees(value):.4g}{unit.replace('rad', '°')}"
+    return f"{value:g} {unit}" if unit and unit != "1" else f"{value:g}"
 
 
 def _names(session: Session) -> list[str]:

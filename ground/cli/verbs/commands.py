@@ -12,6 +12,7 @@ import typer
 from ground.cli.operations import show
 from ground.cli.operations.operate import Plan
 from ground.cli.operations.script import parse
+from ground.cli.operations.status_words import status_lines
 from ground.cli.verbs.options import USAGE
 from ground.cli.verbs.run_verb import ask, last_words, leave, plan_of
 from ground.cli.verbs.screen import line_beside, line_out
@@ -40,13 +41,20 @@ def goto(
 
 
 def status(
-    timeout: Timeout = 60.0, contact: Contact = 20.0, station: StationFile = None, as_json: Json = False
+    every: Annotated[bool, typer.Option("--all", help="Every item of telemetry, and all of the link.")] = False,
+    timeout: Timeout = 60.0,
+    contact: Contact = 20.0,
+    station: StationFile = None,
+    as_json: Json = False,
 ) -> None:
-    """Show the rover's mode, place and values, and the state of the link."""
+    """Show what the rover does, its place, goal and power, and the link."""
     code, session = ask(station, plan_of(["status"], contact, timeout), as_json)
     known: dict[str, Any] = show.status(session, session.heard_ns or 0)
     if as_json:
         line_out(json.dumps({"news": "status", **known}))
+    elif not every:
+        for line in status_lines(known["items"], known["link"]):
+            line_out(line)
     else:
         for name, item in known["items"].items():
             line_out(show.item_line(name, item))

@@ -16,6 +16,7 @@ from ground.archive import link_figures, read
 from ground.archive.checks import arguments_of
 from ground.archive.read import Chain, Span
 from ground.cli.operations.operate import Plan, Teller, operate
+from ground.cli.operations.show import measured
 from ground.cli.verbs import times as when
 from ground.cli.verbs.options import (
     CANNOT_CREATE,
@@ -33,8 +34,10 @@ from ground.cli.verbs.options import (
 )
 from ground.cli.verbs.screen import line_beside, line_out
 from ground.cli.verbs.table import Contact, Json, StationFile
+from ground.link.event_words import event_words
 from ground.station.settings import load_settings
 from protocol.link.transactions import State
+from protocol.tables import commands
 from protocol.tables.modes import EVENTS, SEVERITIES
 from protocol.tables.telemetry import BY_NAME
 
@@ -96,7 +99,7 @@ def _event_json(row: dict[str, Any], zeros: dict[int, int]) -> str:
 def _event_line(row: dict[str, Any], zeros: dict[int, int]) -> str:
     mark = "; filled in later" if row["filled"] else ""
     return (
-        f"{when.told(row['utc_ns'])}  {row['severity']:8}  {row['name']}: {row['text']}  "
+        f"{when.told(row['utc_ns'])}  {row['severity']:8}  {row['name']}: {event_words(row['text'])}  "
         f"({when.onboard(row['onboard_ns'], zeros.get(row['boot_id']))}{mark})"
     )
 
@@ -126,10 +129,20 @@ def _chain_json(chain: Chain) -> str:
     )
 
 
+def argument_words(name: str, arguments: dict[str, Any]) -> str:
+    """Return the arguments of a request as people typed them: angles in degrees, other numbers in SI units."""
+    known = {argument.name: argument for row in commands.TABLE if row.name == name for argument in row.arguments}
+    words = []
+    for key, value in arguments.items():
+        if isinstance(value, float) and key in known and known[key].is_angle:
+            words.append(measured(value, known[key].unit))
+        else:
+            words.append(f"{value:g}" if isinstance(value, float) else str(value))
+    return " ".join(words)
+
+
 def _chain_line(chain: Chain) -> str:
-    words = " ".join(
-        f"{value:g}" if isinstance(value, float) else str(value) for value in arguments_of(chain.arguments).values()
-    )
+    words = argument_words(chain.name, arguments_of(chain.arguments))
     text = chain.reports[-1][2] if chain.reports else "nothing heard of it"
     ways = " > ".join(dict.fromkeys(state.lower() for _, state, _ in chain.reports)) or "requested"
     by = f"  (by {chain.asked_by})" if chain.asked_by else ""

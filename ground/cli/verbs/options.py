@@ -13,6 +13,7 @@ import typer
 
 from ground.archive.read import Span
 from ground.archive.schema import ArchiveError
+from ground.cli.operations.way_out import shorter
 from ground.cli.verbs import times as when
 from ground.cli.verbs.screen import line_beside
 from ground.station.settings import load_settings
@@ -69,7 +70,7 @@ def confirm(what: str, yes: bool) -> None:
     if yes:
         return
     if not sys.stdin.isatty():
-        raise fail(USAGE, f"{what}: needs --yes where nobody can be asked")
+        raise fail(USAGE, f"{what}: no terminal to ask on: needs --yes")
     sys.stderr.write(f"{what}. Go on? [y/N] ")
     sys.stderr.flush()
     if sys.stdin.readline().strip().lower() not in ("y", "yes"):
@@ -88,4 +89,4 @@ def check_items(names: Iterable[str]) -> tuple[str, ...]:
     try:
         return tuple(named(name, BY_NAME, "item") for name in names)
     except ValueError as error:
-        raise typer.BadParameter(str(error)) from None
+        raise typer.BadParameter(shorter(str(error))) from None

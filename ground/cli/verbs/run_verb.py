@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 from typing import Any, NoReturn
@@ -11,11 +12,12 @@ import typer
 from ground.cli.operations.open_requests import left
 from ground.cli.operations.operate import FAILED, TEMPORARY, Plan, Teller, operate
 from ground.cli.operations.script import Step
+from ground.cli.operations.way_out import refusal_words, shorter
 from ground.cli.verbs.screen import line_beside, line_out, text_out
 from ground.link.schedule import utc_ns
 from ground.link.session import Session
 from ground.station.settings import load_settings
-from protocol.link.transactions import Code, State
+from protocol.link.transactions import Code, Request, State
 from protocol.tables import commands
 
 
@@ -60,9 +62,20 @@ def _failure(session: Session) -> str:
     if own:
         return own[0]
     if not lost or any(request.state != State.CANCELLED for request in lost):
-        return "the rover reported a failure"
+        return _why(lost)
     report = lost[0].report
     return "the command was cancelled" + (f": {report.text}" if report is not None and report.text else "")
+
+
+def _why(lost: list[Request]) -> str:
+    """Return why one request failed, with what to do next; of several requests each had its own line."""
+    report = lost[0].report if len(lost) == 1 else None
+    if report is None or not report.text:
+        return "the rover reported a failure"
+    name = lost[0].telecommand.name
+    if report.code in (Code.MODE, Code.RANGE, Code.LEASE):
+        return refusal_words(name, report.text)
+    return f"{commands.command(name).typed} {report.state.name.lower()}: {report.text}"
 
 
 def last_words(text: str) -> None:
@@ -84,15 +97,20 @@ def _start(word: str) -> tuple[float, int]:
     )
 
 
+def _as_typed(text: str) -> str:
+    """Return an error text with the arguments' names as the help shows them: degrees where the table has radians."""
+    return re.sub(r"`(\w+)_rad(ps)?`", lambda found: f"`{found[1]}_deg{found[2] or ''}`", text)
+
+
 def plan_of(words: list[str], contact_s: float, timeout_s: float, lifetime_s: float = 60.0, start: str = "0") -> Plan:
     """Return the plan of a single command."""
     try:
         name, arguments = commands.parse(words)
     except ValueError as error:
-        raise typer.BadParameter(str(error)) from None
+        raise typer.BadParameter(shorter(_as_typed(str(error)))) from None
     start_s, start_utc_ns = _start(start)
     step = Step(1, " ".join(words), "command", name, arguments, None, 0.0, start_s, start_utc_ns)
-    return Plan((step,), contact_s=contact_s, limit_s=timeout_s, lifetime_s=lifetime_s)
+    return Plan((step,), contact_s=contact_s, limit_s=timeout_s, lifetime_s=lifetime_s, typed=True)
 
 
 def carry_out(words: list[str], options: dict[str, Any]) -> None:

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from onboard.bringup.can.shell import Shell
 
 URI_HELP = "socketcan:IF, socketcand:HOST:PORT/BUS or virtual:NAME."
+URI_KINDS = ("socketcan", "socketcand", "virtual")
 EXAMPLES = """\b
 Examples:
   onboard can info --bus socketcan:can0
@@ -82,6 +83,8 @@ def decode_command(
 
     if (file is None) == (uri is None):
         raise fail(EX_USAGE, "give a log file, - for standard input, or --bus URI")
+    if file is not None and file.partition(":")[0] in URI_KINDS and not Path(file).exists():
+        raise fail(EX_USAGE, f"{file} is a bus, no file: onboard can decode --bus {file}")
     chosen = chosen_frames(only, nodes)
     decoder = Decoder()
 

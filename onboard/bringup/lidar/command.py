@@ -77,11 +77,15 @@ def info_command(address: str, settings: tuple[str, ...], as_json: bool) -> None
     78 a setting or the address is wrong, or the sensor is another model, 130 Ctrl-C before the sensor answered.
     """
 
+    from onboard.bringup.lidar.report import model_words
+
     def tell(shell: Shell) -> None:
         info, session = shell.session.info, shell.session
         if as_json:
             print(json.dumps({"info": info, "request": session.request.line().decode()}))
             return
+        if words := model_words(info):
+            print(words)
         for key, text in info.items():
             print(f"{key}  {text}")
         print(f"asked with {session.request.line().decode()}: {session.request.beams} beams")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -9,8 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from onboard.devices.lidar.clock import ClockQuality
+from onboard.devices.lidar.model import model_of
 from onboard.devices.lidar.session import BAD
 from onboard.records import BeamStatus, Scan
+from protocol import WireError
+from protocol.visible import visible
 
 _DIRTY_RATIO, _ERROR_RATIO, _LOST_RATIO = 0.2, 0.05, 0.15
 _BESIDE = 4  # beams to each side: a beam without return is lost if one of them returned on both sides
@@ -175,3 +179,17 @@ def findings(report: Report) -> list[tuple[str, str]]:
     stat = report.info.get("STAT", "unknown")
     found = ((name, shows(report), cause) for name, shows, cause in CHECKS)
     return [(name, cause.format(found=what, stat=stat)) for name, what, cause in found if what]
+
+
+def model_words(info: Mapping[str, str]) -> str:
+    """Return the sensor's model in words, from its PP reply; "" if that cannot be read."""
+    try:
+        model = model_of(info)
+    except WireError:
+        return ""
+    rate_hz, step_deg = model.rpm / 60, math.degrees(model.step_rad)
+    field_deg = step_deg * (model.last_step - model.first_step)
+    return (
+        f"{visible(model.name) or 'unknown model'}: {rate_hz:g} turns a second, {field_deg:g} degrees in steps of "
+        f"{step_deg:g}, from {model.near_mm / 1000:g} m on"
+    )

@@ -1,0 +1,1 @@
+"""The operator's page, `ground serve`: one station session, many browsers, two roles."""

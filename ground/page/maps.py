@@ -1,0 +1,126 @@
+"""Maps of the page: the newest of the rover, the orbiter's, the rover's answers about paths; and previews of a goto."""
+
+from __future__ import annotations
+
+import threading
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from ground.archive.read import newest_product, reading
+from ground.archive.schema import ArchiveError
+from ground.page import drawn, map_layers
+from ground.products import preview
+from ground.products.preview import Map, NoMapError
+from onboard.records import Gdem
+from protocol import WireError
+from protocol.link.bulk import Product
+from protocol.products import decode_ldem, poses_of
+
+
+class Maps:
+    """Newest products that are drawn on the map. Written by the link's thread, read by the server's.
+
+    revision: counts the rover's maps; a picture's address has it.
+    gdem: the orbiter's map; None: none was named.
+    """
+
+    def __init__(self, gdem: Gdem | None, archive: Path | None) -> None:
+        self.gdem, self._archive, self._lock = gdem, archive, threading.Lock()
+        self.revision = 0
+        self._seen: map_layers.Seen | None = None
+        self._drawn_trees: dict[str, Any] = dict.fromkeys(drawn.NAMES)
+        self.trouble = ""
+        self._picture = lru_cache(maxsize=16)(self._drawn)
+
+    def load(self) -> None:
+        """Read the newest products of the archive, if there is one."""
+        if self._archive is None or not self._archive.is_file():
+            return
+        try:
+            with reading(self._archive) as db:
+                found = {name: newest_product(db, name) for name in ("ldem", *drawn.NAMES)}
+        except ArchiveError as error:
+            self.trouble = str(error)
+            return
+        for name, one in found.items():
+            if one is not None:
+                self._add(name, one[2], one[0])
+
+    def add(self, product: Product, utc_ns: int) -> None:
+        """Take a product of the link."""
+        self._add(product.name, product.data, utc_ns)
+
+    def _add(self, name: str, data: bytes, utc_ns: int) -> None:
+        try:
+            if name == "ldem":
+                fresh = map_layers.seen(decode_ldem(data), poses_of(data), utc_ns, self._seen)
+                with self._lock:
+                    self._seen, self.revision = fresh, self.revision + 1
+            elif name in drawn.NAMES:
+                self._drawn_trees = {**self._drawn_trees, name: drawn.tree_of(name, data, utc_ns)}
+        except WireError as error:
+            self.trouble = f"{name}: {error}"
+
+    def tree(self) -> dict[str, Any]:
+        """Return what the page draws: bounds and times of the maps, path, candidates."""
+        with self._lock:
+            found, revision = self._seen, self.revision
+        ldem = (
+            None
+            if found is None
+            else {
+                "bounds": map_layers.bounds(found.grid),
+                "revision": revision,
+                "utc_s": found.at_utc_ns / 1e9 or None,
+                "cells": list(found.product.heights_m.shape),
+                "picture": f"/map/ldem.png?revision={revision}",
+            }
+        )
+        orbit = None if self.gdem is None else {"bounds": map_layers.bounds(self.gdem.grid)}
+        return {"ldem": ldem, "gdem": orbit, **self._drawn_trees, "trouble": self.trouble}
+
+    def picture(self, revision: int, layer: str, now_utc_s: float) -> bytes:
+        """Return a layer of the newest map as PNG. Raises LookupError without a map, ValueError for no such layer."""
+        return self._picture(
+            self.revision if revision <= self.revision else -1, layer, int(now_utc_s // 10) if layer == "age" else 0
+        )
+
+    def _drawn(self, revision: int, layer: str, tens_of_s: int) -> bytes:
+        with self._lock:
+            found = self._seen
+        if found is None or revision < 0:
+            raise LookupError("no map of the rover yet")
+        return map_layers.ldem_picture(found, layer, tens_of_s * 10.0)
+
+    def gdem_picture(self) -> bytes:
+        """Return the orbiter's map as PNG. Raises LookupError without one."""
+        if self.gdem is None:
+            raise LookupError("no orbiter's map was named (--gdem)")
+        return map_layers.gdem_picture(self.gdem)
+
+    def preview(self, x_m: float, y_m: float) -> dict[str, Any]:
+        """Return what a goto would do, by the rover's own planner on the newest map. Takes up to some seconds.
+
+        Raises NoMapError without a usable map, ConfigError for settings that cannot be read.
+        """
+        with self._lock:
+            found = self._seen
+        if found is None or found.poses is None:
+            raise NoMapError("no map of the rover yet: fetch one (Fetch map)")
+        goal_m = (x_m, y_m)
+        seen = Map(found.product, found.poses, "the newest map", found.at_utc_ns)
+        flown = preview.settings_for(seen, None, self._archive)
+        made = preview.look_ahead(seen, goal_m, self.gdem, flown.config)
+        told = preview.warnings(seen, goal_m, self.gdem, self._archive)
+        return {
+            "goal": list(goal_m),
+            "words": made.words,
+            "kind": made.kind,
+            "rule": made.rule,
+            "reason": made.reason,
+            "leads": made.leads,
+            "path": made.path.tolist(),
+            "beyond": made.beyond.tolist(),
+            "warnings": [*told, *([flown.warning] if flown.warning else [])],
+        }

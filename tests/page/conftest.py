@@ -1,0 +1,37 @@
+"""Fixtures of the checks of the page: one server and one browser for all, a seat for each check."""
+
+import json
+
+import pytest
+from playwright.sync_api import sync_playwright
+
+from tests.page.seat import FIGURES, OUT, Seat, Served, a_port, find_chromium
+
+
+@pytest.fixture(scope="session")
+def served(tmp_path_factory):
+    OUT.mkdir(parents=True, exist_ok=True)
+    (OUT / "server.log").write_text("")
+    made = Served(tmp_path_factory.mktemp("station"), a_port())
+    yield made
+    made.process.terminate()
+    assert made.process.wait(timeout=120) is not None
+    (OUT / "figures.json").write_text(json.dumps(FIGURES, indent=1))
+
+
+@pytest.fixture(scope="session")
+def browser():
+    found = find_chromium()
+    if found is None:
+        pytest.fail("no Chromium: apt-get install chromium, or name one with CHROMIUM=/path")
+    with sync_playwright() as play:
+        made = play.chromium.launch(executable_path=found, args=["--no-sandbox"])
+        yield made
+        made.close()
+
+
+@pytest.fixture
+def operator(browser, served):
+    seat = Seat(browser, served)
+    yield seat
+    seat.context.close()

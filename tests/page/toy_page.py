@@ -1,0 +1,176 @@
+"""`ground serve` on a toy rover in real time, for tests with a browser: one process, ordered by lines on its stdin.
+
+    python toy_page.py FOLDER PORT [ONE_WAY_S]
+
+Orders: `silent on|off` (nothing comes down), `deaf on|off` (nothing goes up), `event NAME TEXT`, `closed on|off`,
+`loss RATIO`, `flood` (a product of 4 MB), `freeze S` (the web server's loop is blocked for so long).
+"""
+
+import random
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).parents[2]
+sys.path[:0] = [str(ROOT), str(ROOT / "tests/ground")]
+
+from toy_rover import TICK_NS, ToyRover  # noqa: E402
+
+from ground.page.access import hosts_of, stored_tokens  # noqa: E402
+from ground.page.acknowledged import Acknowledged  # noqa: E402
+from ground.page.guard import Gate  # noqa: E402
+from ground.page.live import Live  # noqa: E402
+from ground.page.maps import Maps  # noqa: E402
+from ground.page.server import application, listen, run  # noqa: E402
+from ground.page.site import Site  # noqa: E402
+from ground.station.settings import Settings  # noqa: E402
+from ground.station.station import Station, StationError  # noqa: E402
+from onboard.config import load  # noqa: E402
+from onboard.planning.prediction import digest  # noqa: E402
+from protocol.link.datagrams import bench_keys  # noqa: E402
+from protocol.products import LdemProduct, MapGrid, encode_ldem  # noqa: E402
+from protocol.products.pose_map import PoseMap, encode_poses  # noqa: E402
+
+
+def a_map() -> bytes:
+    """A map of rolling ground with a wall that nobody stands on."""
+    row, column = np.mgrid[0:120, 0:120]
+    heights = (0.2 * np.sin(row / 15.0) * np.cos(column / 18.0)).astype(np.float32)
+    heights[:20, :20] = np.nan
+    freedom = np.full((8, 120, 120), 2, np.uint8)
+    freedom[:, 40:80, 85:90] = 0
+    freedom[:, :20, :20] = 1
+    sets = np.where((freedom == 2).any(axis=0), 3, np.where((freedom == 0).any(axis=0), 2, 1)).astype(np.uint8)
+    poses = PoseMap(freedom, (2.0, 1.0, 0.0), known=True, settings=digest(load()))
+    return encode_ldem(LdemProduct(MapGrid(-3.95, -4.95, 0.1, 120, 120), heights, sets)) + encode_poses(poses)
+
+
+class Air:
+    """The link and the rover beyond it, on the wall clock. Delays in s; the rover boots anew with each process."""
+
+    def __init__(self, one_way_s: float, boot_id: int) -> None:
+        self.one_way_ns, self.boot_id = round(one_way_s * 1e9), boot_id
+        self.rover = ToyRover(bench_keys(7), boot_id=boot_id, rate_bps=256e3, drive_s=4.0)
+        self.rover.map, self.rover.fails = a_map(), False
+        self.silent = self.deaf = self.closed = False
+        self.loss_ratio, self._random = 0.0, random.Random(1)
+        self._zero_ns, self._tick_ns = time.monotonic_ns(), 0
+        self._down: list[tuple[int, bytes]] = []
+        self._up: list[tuple[int, bytes]] = []
+        self._lock = threading.Lock()
+
+    def go_on(self) -> int:
+        """Tick the rover up to now; return the time, ns."""
+        now_ns = time.monotonic_ns() - self._zero_ns
+        while self._tick_ns + TICK_NS <= now_ns:
+            self._tick_ns += TICK_NS
+            while self._up and self._up[0][0] <= self._tick_ns:
+                self.rover.receive(self._up.pop(0)[1], self._tick_ns)
+            self._down += [(self._tick_ns + self.one_way_ns, one) for one in self.rover.tick(self._tick_ns)]
+        return now_ns
+
+    def take(self) -> list[bytes]:
+        with self._lock:
+            now_ns = self.go_on()
+            due = [one for at_ns, one in self._down if at_ns <= now_ns]
+            self._down = [row for row in self._down if row[0] > now_ns]
+            return [one for one in due if not self.silent and self._random.random() >= self.loss_ratio]
+
+    def put(self, datagram: bytes) -> None:
+        with self._lock:
+            if not self.deaf and self._random.random() >= self.loss_ratio:
+                self._up.append((self.go_on() + self.one_way_ns, datagram))
+
+    def event(self, name: str, text: str) -> None:
+        with self._lock:
+            self.rover.event(self.go_on(), name, text)
+
+    def flood(self) -> None:
+        with self._lock:
+            data = np.random.default_rng(2).integers(0, 256, 4_000_000, dtype=np.uint8).tobytes()
+            self.rover._bulk.offer("scan", data, "flood-1", self.go_on())
+
+
+class ToyEnd:
+    """What Station needs of a link's end."""
+
+    sends_unasked = False
+
+    def __init__(self, air: Air) -> None:
+        self._air = air
+
+    @property
+    def linked(self) -> bool:
+        return not self._air.closed
+
+    def wait_open(self, *_) -> bool:
+        return self.linked
+
+    def take(self, _most: int) -> list[bytes]:
+        return self._air.take()
+
+    def put(self, datagram: bytes) -> None:
+        self._air.put(datagram)
+
+    def close(self) -> None:
+        pass
+
+
+def orders(air: Air, freeze: list[float]) -> None:
+    for line in sys.stdin:
+        verb, _, rest = line.strip().partition(" ")
+        if verb in ("silent", "deaf", "closed"):
+            setattr(air, verb, rest == "on")
+        elif verb == "loss":
+            air.loss_ratio = float(rest)
+        elif verb == "event":
+            air.event(*rest.split(" ", 1))
+        elif verb == "flood":
+            air.flood()
+        elif verb == "freeze":
+            freeze.append(float(rest))
+        print(f"done {line.strip()}", flush=True)
+
+
+def main() -> None:
+    folder, port = Path(sys.argv[1]), int(sys.argv[2])
+    boots = folder / "boots"
+    boot_id = int(boots.read_text()) + 1 if boots.exists() else 1
+    boots.write_text(str(boot_id))
+    air = Air(float(sys.argv[3]) if len(sys.argv) > 3 else 0.1, boot_id)
+    settings = Settings(bench_seed=7, state=str(folder), archive=str(folder / "archive.db"))
+
+    class ToyStation(Station):
+        def _opened(self, endpoint):
+            if air.closed:
+                raise StationError("no link: the toy's carrier is closed")
+            return ToyEnd(air)
+
+    maps = Maps(None, Path(settings.archive))
+    maps.load()
+    live = Live(settings, maps.add, ToyStation)
+    tokens = stored_tokens(folder / "page-tokens.json")
+    site = Site(
+        Gate(tokens, hosts_of("127.0.0.1", port), port),
+        live,
+        maps,
+        Acknowledged(folder / "seen.json"),
+        settings.archive,
+    )
+    freeze: list[float] = []
+    threading.Thread(target=orders, args=(air, freeze), daemon=True).start()
+    with listen("127.0.0.1", port) as at:
+        made = application(site)
+        live.start()
+        print("ready", flush=True)
+        try:
+            run(made, at)
+        finally:
+            live.stop()
+
+
+if __name__ == "__main__":
+    main()
