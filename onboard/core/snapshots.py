@@ -121,6 +121,8 @@ def view(rover: Rover) -> View:
         job_ratio=mission.progress_ratio if mission else 0.0,
         lease_station=executive.lease.holder,
         key_epoch=rover.link.epoch,
+        wheel_orders=rover.nodes.wheel_orders,
+        slip_ratio=rover.watch.slip.shortfall,
     )
 
 

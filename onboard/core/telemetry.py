@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from onboard.devices.lidar.clock import ClockQuality
-from onboard.native.elementary import cos, hypot, sin
-from onboard.records import Estimate, Event, Machine, PowerState, WheelState
+from onboard.native.elementary import atan2, cos, hypot, sin
+from onboard.records import Estimate, Event, Machine, PowerState, WheelCommand, WheelState
 from protocol.conventions import cut
 from protocol.generated import eldorado_dialect as mavlink
 from protocol.link import events, versions
@@ -28,6 +28,8 @@ class View:
 
     goal_m: x, y in the map frame.
     fault_ids: numbers of the active rows.
+    wheel_orders: as sent to the wheels; empty or four.
+    slip_ratio: share of the wheels' travel that the body lacks.
     """
 
     mode: Mode = Mode.BOOT
@@ -54,6 +56,8 @@ class View:
     job_ratio: float = _NAN
     lease_station: int = 0
     key_epoch: int = 0
+    wheel_orders: tuple[WheelCommand, ...] = ()
+    slip_ratio: float = 0.0
 
 
 Sampler = Callable[[View], float]
@@ -71,6 +75,27 @@ def _goal_distance_m(v: View) -> float:
 
 def _sigma_position_m(v: View) -> float:
     return _NAN if v.estimate is None else math.sqrt(v.estimate.covariance[0, 0] + v.estimate.covariance[1, 1])
+
+
+def _sigma_ellipse(v: View) -> tuple[float, float, float]:
+    """Return 1 sigma along the long axis and across it, m, and the direction of the long axis, rad; NaN: no estimate.
+
+    Eigenvalues of the symmetric 2 x 2 covariance: middle +- radius, the long axis at half the angle of (xx - yy, 2 xy).
+    """
+    if v.estimate is None:
+        return _NAN, _NAN, _NAN
+    xx, xy, yy = (float(v.estimate.covariance[at]) for at in ((0, 0), (0, 1), (1, 1)))
+    middle, radius = (xx + yy) / 2, hypot((xx - yy) / 2, xy)
+    axis_rad = atan2(2 * xy, xx - yy) / 2
+    return math.sqrt(max(0.0, middle + radius)), math.sqrt(max(0.0, middle - radius)), axis_rad
+
+
+def _ellipse(at: int) -> Sampler:
+    return lambda v: _sigma_ellipse(v)[at]
+
+
+def _order(name: str, n: int) -> Sampler:
+    return lambda v: _NAN if len(v.wheel_orders) < n else getattr(v.wheel_orders[n - 1], name)
 
 
 def _wheel(name: str, n: int) -> Sampler:
@@ -145,6 +170,12 @@ SAMPLERS: dict[str, Sampler] = {
     **{f"{name}_version": _version(name) for name in Versions._fields},
     "lease_station": lambda v: v.lease_station,
     "key_epoch": lambda v: v.key_epoch,
+    "sigma_major_m": _ellipse(0),
+    "sigma_minor_m": _ellipse(1),
+    "sigma_axis_rad": _ellipse(2),
+    "slip_ratio": lambda v: v.slip_ratio,
+    **{f"steer_ordered_{n}_rad": _order("steer_rad", n) for n in (1, 2, 3, 4)},
+    **{f"rate_ordered_{n}_radps": _order("rate_radps", n) for n in (1, 2, 3, 4)},
 }
 _NAMES = {message: tuple(row.name for row in TABLE if row.message == message) for message in MESSAGES}
 

@@ -131,6 +131,11 @@ class Nodes:
         return tuple(self._status)
 
     @property
+    def wheel_orders(self) -> tuple[WheelCommand, ...]:
+        """Orders of the four wheels as clipped, with steering angles comparable with those of `wheels`."""
+        return tuple(c._replace(steer_rad=c.steer_rad + off) for c, off in zip(self._commands, self._offsets_rad))
+
+    @property
     def imu(self) -> tuple[ImuSample, ...]:
         """Samples that came in this tick: each acceleration with the angular rate sent before it."""
         return tuple(self._imu)

@@ -117,6 +117,12 @@ TABLE = (
     Item(82, "dialect_version", "", 2, "protocol.versions: of the MAVLink messages", _L, "dialect"),
     Item(83, "lease_station", "", 2, "station that holds the control lease, 0: nobody", _L, "lease"),
     Item(84, "key_epoch", "", 2, "key epoch in force", _L, "epoch"),
+    Item(85, "sigma_major_m", "m", 1, "1 sigma of the place along the long axis of its ellipse", limits=(0, 0.5)),
+    Item(86, "sigma_minor_m", "m", 1, "1 sigma of the place across the long axis of its ellipse"),
+    Item(87, "sigma_axis_rad", "rad", 1, "direction of the long axis of the ellipse, from east to north"),
+    Item(88, "slip_ratio", "1", 1, "share of the wheels' travel that the body lacks, 0 while it is not judged"),
+    *(Item(88 + n, f"steer_ordered_{n}_rad", "rad", 1, f"steering angle ordered of wheel {n}") for n in (1, 2, 3, 4)),
+    *(Item(92 + n, f"rate_ordered_{n}_radps", "rad/s", 1, f"rate ordered of wheel {n}") for n in (1, 2, 3, 4)),
     Item(60, "job_ratio", "1", 2, "how far the long work is", _J, "ratio"),
 )
 BY_NAME = {row.name: row for row in TABLE}

@@ -9,7 +9,16 @@ from onboard.config import Link
 from onboard.core.downlink import Downlink
 from onboard.core.telemetry import SAMPLERS, View
 from onboard.devices.lidar.clock import ClockQuality
-from onboard.records import Estimate, Event, LinkMessage, Pose, PowerState, WheelState
+from onboard.records import (
+    Estimate,
+    Event,
+    LinkMessage,
+    Pose,
+    PowerState,
+    WheelCommand,
+    WheelMode,
+    WheelState,
+)
 from protocol.generated import eldorado_dialect
 from protocol.link import bulk, events
 from protocol.link import datagrams as link
@@ -30,6 +39,8 @@ VIEW = View(
     wheels=tuple(WheelState(0.1 * n, 9.0, 0.5 * n, n, 0) for n in (1, 2, 3, 4)),
     power=PowerState(25.25, 3.5, 0.87, 21.0, 0),
     fault_ids=(0, 5, 63),
+    wheel_orders=tuple(WheelCommand(WheelMode.RUN, 0.2 * n, 0.6 * n) for n in (1, 2, 3, 4)),
+    slip_ratio=0.125,
     lidar_good=1000,
     lidar_bad=2,
     lidar_clock=ClockQuality(-5_009_990_280, -81.5, 4962.2, 400, 1, 2),
@@ -108,6 +119,17 @@ def test_every_item_of_the_table_arrives_as_its_sampler_gave_it():
         assert value == pytest.approx(SAMPLERS[name](VIEW), rel=1e-6, abs=1e-6, nan_ok=True), name
     assert read["goal_distance_m"] == 5.0
     assert read["faults"] == 1 + 2**5 + 2**63
+
+
+@pytest.mark.parametrize(("major_m", "minor_m", "axis_deg"), [(0.2, 0.05, 30.0), (0.3, 0.1, -60.0), (0.4, 0.0, 89.0)])
+def test_the_ellipse_of_the_place_has_the_axes_of_the_covariance_that_was_turned(major_m, minor_m, axis_deg):
+    c, s = math.cos(math.radians(axis_deg)), math.sin(math.radians(axis_deg))
+    turn = np.array([[c, -s], [s, c]])
+    covariance = np.diag([0.0, 0.0, 0.1, 0.1])
+    covariance[:2, :2] = turn @ np.diag([major_m**2, minor_m**2]) @ turn.T
+    view = View(estimate=Estimate(POSE, covariance, 0.0, 0.0))
+    found = [SAMPLERS[name](view) for name in ("sigma_major_m", "sigma_minor_m", "sigma_axis_rad")]
+    assert found == pytest.approx([major_m, minor_m, math.radians(axis_deg)], abs=1e-7)
 
 
 def test_mavlink_clients_read_position_north_and_down_and_heading_from_north():
