@@ -24,6 +24,7 @@ from protocol.tables.telemetry import BY_NAME
 QUICK = (
     ("Scan", "scan"),
     ("Fetch map", "get ldem"),
+    ("Fetch deviations", "get height_std"),
     ("Fetch decision", "get nsp"),
     ("Fetch fences", "fence list"),
     ("Return", "return"),

@@ -16,10 +16,12 @@ from onboard.records import Gdem, Grid, NodeSet
 from pictures.ldem import SET_COLOURS, SET_NAMES, set_picture
 from pictures.terrain import extent, hillshade
 from pictures.way import Sets
-from protocol.products.ldem import LdemProduct
+from protocol.products.height_std import HeightStd
+from protocol.products.ldem import LdemProduct, MapGrid
 from protocol.products.pose_map import ORIENTATIONS, PoseMap
 
-LAYERS = ("height", "node sets", "pose freedom", "age")
+LAYERS = ("height", "node sets", "pose freedom", "deviation", "age")
+LEAST_STD_M, MOST_STD_M = 0.002, 0.2  # ends of the colours of the layer of deviations, by the logarithm
 _SAME_M = 0.002  # heights nearer than this are the same measurement, sent again
 _RAMP = np.array([[0, 32, 77], [60, 77, 110], [124, 123, 120], [188, 175, 111], [255, 234, 70]], float)  # cividis
 F32 = NDArray[np.float32]
@@ -32,12 +34,14 @@ class Seen(NamedTuple):
 
     utc_s: (rows, columns) float64, NaN where the height is unknown.
     at_utc_ns: UTC of the map's arrival.
+    std: the newest product of height deviations; None: it was not fetched.
     """
 
     product: LdemProduct
     poses: PoseMap | None
     utc_s: F64
     at_utc_ns: int
+    std: HeightStd | None = None
 
     @property
     def grid(self) -> Grid:
@@ -50,17 +54,35 @@ def seen(product: LdemProduct, poses: PoseMap | None, at_utc_ns: int, before: Se
     heights = product.heights_m
     utc_s = np.where(np.isfinite(heights), at_utc_ns / 1e9, np.nan)
     grid = product.grid
-    if before is None or before.product.grid.cell_m != grid.cell_m:
+    if before is None:
         return Seen(product, poses, utc_s, at_utc_ns)
-    old = before.product.grid
-    shift = [(old.y0_m - grid.y0_m) / grid.cell_m, (old.x0_m - grid.x0_m) / grid.cell_m]
-    rows, columns = (round(one) for one in shift)
-    if max(abs(shift[0] - rows), abs(shift[1] - columns)) > 1e-3:  # the grids do not lie on each other
-        return Seen(product, poses, utc_s, at_utc_ns)
-    here, there = _overlap(heights.shape, before.product.heights_m.shape, rows, columns)
-    same = np.abs(heights[here] - before.product.heights_m[there]) < _SAME_M
-    utc_s[here] = np.where(same, before.utc_s[there], utc_s[here])
+    both = _common(grid, before.product.grid)
+    if both is not None:
+        here, there = both
+        same = np.abs(heights[here] - before.product.heights_m[there]) < _SAME_M
+        utc_s[here] = np.where(same, before.utc_s[there], utc_s[here])
     return Seen(product, poses, utc_s, at_utc_ns)
+
+
+def std_on_map(found: Seen) -> F32:
+    """Return the height deviations in the cells of the map, m; NaN: unknown, not fetched, or of another raster."""
+    std_m = np.full(found.product.heights_m.shape, np.nan, np.float32)
+    both = None if found.std is None else _common(found.product.grid, found.std.grid)
+    if both is not None and found.std is not None:
+        here, there = both
+        std_m[here] = found.std.std_m[there]
+    return std_m
+
+
+def _common(new: MapGrid, old: MapGrid) -> tuple[Any, Any] | None:
+    """Return the slices of the cells that both grids have; None: the cells do not lie on each other."""
+    if new.cell_m != old.cell_m:
+        return None
+    shift = [(old.y0_m - new.y0_m) / new.cell_m, (old.x0_m - new.x0_m) / new.cell_m]
+    rows, columns = (round(one) for one in shift)
+    if max(abs(shift[0] - rows), abs(shift[1] - columns)) > 1e-3:
+        return None
+    return _overlap((new.rows, new.columns), (old.rows, old.columns), rows, columns)
 
 
 def _overlap(new: tuple[int, ...], old: tuple[int, ...], rows: int, columns: int) -> tuple[Any, Any]:
@@ -87,6 +109,10 @@ def ldem_picture(found: Seen, layer: str, now_utc_s: float) -> bytes:
         free = (found.poses.freedom == 2).sum(axis=0)
         blocked = (found.poses.freedom == 0).any(axis=0)
         return _png(_ramp(free / ORIENTATIONS), (free > 0) | blocked)
+    if layer == "deviation":
+        std_m = std_on_map(found)
+        level = np.log(np.maximum(np.nan_to_num(std_m), LEAST_STD_M) / LEAST_STD_M) / np.log(MOST_STD_M / LEAST_STD_M)
+        return _png(_ramp(level), np.isfinite(std_m))
     if layer == "age":
         age_s = np.where(known, np.maximum(0.0, now_utc_s - found.utc_s), 0.0)
         return _png(_ramp(1.0 - np.clip(np.log10(1.0 + age_s) / 4.0, 0, 1)), known)
@@ -111,9 +137,10 @@ def legend(layer: str) -> list[tuple[str, str]]:
     ends = {
         "height": ("low", "high"),
         "pose freedom": ("no heading free", "all 8 headings free"),
+        "deviation": ("2 mm and less, 1σ of the heights in a cell", "20 cm and more"),
         "age": ("3 h and older", "just received"),
     }[layer]
-    middle = {"height": "", "pose freedom": "4 of 8", "age": "100 s"}[layer]
+    middle = {"height": "", "pose freedom": "4 of 8", "deviation": "2 cm", "age": "100 s"}[layer]
     picks = [(0, ends[0]), (2, middle), (4, ends[1])]
     return [(_hex(_RAMP[at]), text) for at, text in picks if text]
 

@@ -16,12 +16,13 @@ from onboard.records import Gdem
 from protocol import WireError
 from protocol.link.bulk import Product
 from protocol.products import decode_ldem, poses_of
+from protocol.products.height_std import HeightStd, decode_height_std
 
 
 class Maps:
     """Newest products that are drawn on the map. Written by the link's thread, read by the server's.
 
-    revision: counts the rover's maps; a picture's address has it.
+    revision: counts the rover's maps and deviations; a picture's address has it.
     gdem: the orbiter's map; None: none was named.
     """
 
@@ -29,6 +30,7 @@ class Maps:
         self.gdem, self._archive, self._lock = gdem, archive, threading.Lock()
         self.revision = 0
         self._seen: map_layers.Seen | None = None
+        self._std: HeightStd | None = None
         self._drawn_trees: dict[str, Any] = dict.fromkeys(drawn.NAMES)
         self.trouble = ""
         self._picture = lru_cache(maxsize=16)(self._drawn)
@@ -39,7 +41,7 @@ class Maps:
             return
         try:
             with reading(self._archive) as db:
-                found = {name: newest_product(db, name) for name in ("ldem", *drawn.NAMES)}
+                found = {name: newest_product(db, name) for name in ("ldem", "height_std", *drawn.NAMES)}
         except ArchiveError as error:
             self.trouble = str(error)
             return
@@ -55,8 +57,15 @@ class Maps:
         try:
             if name == "ldem":
                 fresh = map_layers.seen(decode_ldem(data), poses_of(data), utc_ns, self._seen)
+                fresh = fresh._replace(std=self._std)
                 with self._lock:
                     self._seen, self.revision = fresh, self.revision + 1
+            elif name == "height_std":
+                std = decode_height_std(data)
+                with self._lock:
+                    self._std = std
+                    if self._seen is not None:
+                        self._seen, self.revision = self._seen._replace(std=std), self.revision + 1
             elif name in drawn.NAMES:
                 self._drawn_trees = {**self._drawn_trees, name: drawn.tree_of(name, data, utc_ns)}
         except WireError as error:
@@ -73,6 +82,7 @@ class Maps:
                 "bounds": map_layers.bounds(found.grid),
                 "revision": revision,
                 "utc_s": found.at_utc_ns / 1e9 or None,
+                "deviations": found.std is not None,
                 "cells": list(found.product.heights_m.shape),
                 "picture": f"/map/ldem.png?revision={revision}",
             }

@@ -18,6 +18,7 @@ from ground.station.settings import Settings
 from onboard.records import Gdem, Grid
 from protocol.link.bulk import Product
 from protocol.products import LDEM_CODEC, LdemProduct, MapGrid, encode_ldem
+from protocol.products.height_std import HEIGHT_STD_CODEC, HeightStd, encode_height_std
 from protocol.products.pose_map import PoseMap
 
 UTC = 1_700_000_000 * 10**9
@@ -41,10 +42,11 @@ def pixels(data):
 
 @pytest.mark.parametrize("layer", map_layers.LAYERS)
 def test_a_layer_has_a_pixel_for_each_cell_north_up_and_unknown_cells_are_clear(layer):
-    seen = map_layers.seen(a_map(), poses(), UTC)
+    std_m = np.where(np.isfinite(a_map().heights_m), np.geomspace(0.001, 0.5, 30).reshape(5, 6), np.nan)
+    seen = map_layers.seen(a_map(), poses(), UTC)._replace(std=HeightStd(a_map().grid, std_m.astype(np.float32)))
     found = pixels(map_layers.ldem_picture(seen, layer, UTC / 1e9))
     assert found.shape == (5, 6, 4) and map_layers.legend(layer)
-    if layer in ("height", "age"):
+    if layer in ("height", "deviation", "age"):
         assert found[4, 0, 3] == 0 and found[..., 3].sum() == 29 * 255  # row 0 of the map is the southern edge
     assert len({tuple(pixel) for pixel in found.reshape(-1, 4)}) > 1
 
@@ -86,6 +88,28 @@ def test_a_map_of_the_largest_size_is_drawn_and_an_empty_one_too():
         assert all(pixels(map_layers.ldem_picture(seen, one, 0.0)).shape == (200, 200, 4) for one in map_layers.LAYERS)
     gdem = Gdem(Grid(0.0, 0.0, 0.2, 500, 500), np.zeros((500, 500), np.float32))
     assert pixels(map_layers.gdem_picture(gdem)).shape == (500, 500, 4)
+
+
+def test_deviations_are_drawn_in_the_cells_of_a_map_that_has_moved_and_colours_rise_with_them():
+    std_m = np.full((5, 6), np.nan, np.float32)
+    std_m[2, 2:5] = 0.001, 0.02, 0.5
+    maps = Maps(None, None)
+    maps.add(Product(1, "height_std", HEIGHT_STD_CODEC, encode_height_std(HeightStd(a_map().grid, std_m))), UTC)
+    maps.add(Product(2, "ldem", LDEM_CODEC, encode_ldem(a_map(x0_m=0.25))), UTC)  # two cells further east
+    found = pixels(maps.picture(1, "deviation", 0.0))
+    assert maps.tree()["ldem"]["deviations"] and np.argwhere(found[..., 3]).tolist() == [[2, 0], [2, 1], [2, 2]]
+    assert [tuple(found[2, k, :3]) for k in (0, 2)] == [(0, 32, 77), (255, 234, 70)]
+    assert 0 < found[2, 1, 0] < 255
+
+
+def test_deviations_that_come_after_the_map_raise_the_revision_and_a_damaged_one_leaves_the_old():
+    maps = Maps(None, None)
+    maps.add(Product(1, "ldem", LDEM_CODEC, encode_ldem(a_map())), UTC)
+    assert not maps.tree()["ldem"]["deviations"] and not pixels(maps.picture(1, "deviation", 0.0))[..., 3].any()
+    std = HeightStd(a_map().grid, np.full((5, 6), 0.01, np.float32))
+    maps.add(Product(2, "height_std", HEIGHT_STD_CODEC, encode_height_std(std)), UTC)
+    maps.add(Product(3, "height_std", HEIGHT_STD_CODEC, b"STD1 damaged"), UTC)
+    assert maps.tree()["ldem"]["revision"] == 2 and pixels(maps.picture(2, "deviation", 0.0))[..., 3].all()
 
 
 def test_a_map_from_the_link_raises_the_revision_and_a_damaged_one_leaves_the_old():
