@@ -141,6 +141,15 @@ def _stop(app: FastAPI, site: Site) -> None:
             )
         )
 
+    @app.get("/stop")
+    async def alone(request: Request) -> HTMLResponse:
+        """Return a page of STOP only: it needs no other part of the page, and none of its library."""
+        return HTMLResponse(
+            plain_page(
+                "STOP", stop_bar(request.scope["role"]) + '<p><a href="/">the whole page</a></p>', ("/static/stop.js",)
+            )
+        )
+
     @app.get("/state")
     async def state() -> Response:
         return JSONResponse({**site.view(), "map": site.maps.tree()})
@@ -183,7 +192,8 @@ def stop_bar(role: Role) -> str:
     return (
         f'<header id="stop-bar"><form method="post" action="/stop"><button id="stop-button" type="submit"{off} '
         f'aria-keyshortcuts="Escape">STOP<kbd>Esc</kbd></button></form><div id="stop-words" role="status" '
-        f'aria-live="assertive">{words}</div><div id="who">{role.value}<form method="post" action="/sign-out">'
+        f'aria-live="assertive">{words}</div><div id="who">{role.value} <a href="/stop">STOP alone</a>'
+        '<form method="post" action="/sign-out">'
         f"<button>sign out</button></form></div></header>"
     )
 
@@ -202,11 +212,12 @@ def sign_in_page(error: str = "") -> str:
     )
 
 
-def plain_page(title: str, body: str) -> str:
+def plain_page(title: str, body: str, scripts: tuple[str, ...] = ()) -> str:
     """Return a page without the page's library."""
+    tags = "".join(f'<script src="{one}" defer></script>' for one in scripts)
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
         f'<meta name="viewport" content="width=device-width"><title>{html.escape(title)} · El Dorado</title>'
         '<link rel="icon" href="data:,"><link rel="stylesheet" href="/static/plain.css"></head>'
-        f'<body><main class="sign-in">{body}</main></body></html>'
+        f'<body><main class="sign-in">{body}</main>{tags}</body></html>'
     )
