@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from ground.page.access import Role
 from ground.page.past_bar import PastBar, at_words
 from ground.page.series import F64
 from ground.page.site import STATIC, Site
+from ground.page.tree_feed import PAST, past_text
 from ground.page.view import layout, view
 from ground.page.words import label
 from ground.products.preview import NoMapError
@@ -46,7 +48,19 @@ PLOTS = (
     "cpu_ratio",
     "tick_worst_ms",
 )
+LIGHT = "light-blue-2"  # outlined buttons: 11 to 1 on the dark ground
 _SEVERE = {"warning", "error", "critical"}
+
+
+def _scale(name: str) -> float:
+    """Return the factor from an item's unit to that of people."""
+    return math.degrees(1.0) if BY_NAME[name].unit.startswith("rad") else 1.0
+
+
+def _plotted(name: str, points: F64) -> list[list[float | None]]:
+    """Return time in ms and value of each point, as the plot takes them; None for a value that is no number."""
+    scale = _scale(name)
+    return [[round(utc_s * 1000), None if value != value else value * scale] for utc_s, value in points.tolist()]
 
 
 def _component(name: str) -> Path:
@@ -77,6 +91,10 @@ class Link(Element, component=_component("link")):
     """State of the link."""
 
 
+class Wheels(Element, component=_component("wheels")):
+    """Steering and rates of the wheels, reported and ordered."""
+
+
 class Commands(Element, component=_component("commands")):
     """Commands with their chains."""
 
@@ -98,22 +116,29 @@ class Board:
         self._sent_maps: tuple[Any, ...] = ()
         self._sent_trail = (-1, 0)
         self._sent_events: tuple[Any, ...] = ()
-        self._sent_points = 0
+        self._sent_points = ("", 0)
+        self._sent_tree = site.feed.number
         self._previewed: tuple[float, float] | None = None
         self._draw()
 
     # -- from the server ------------------------------------------------------------------------------------
 
-    def push(self, tree: dict[str, Any], slow: bool) -> None:
-        """Send the newest tree. slow: the plot too."""
+    def push(self, maps: dict[str, Any], slow: bool) -> None:
+        """Send what has changed. maps: the tree of the maps. slow: the plot too."""
         if self._past.chosen is not None:
             return
-        self._feed.run_method("show", {**tree, "events": []})
-        self._push_maps(self._site.maps.tree())
+        feed = self._site.feed
+        self._feed.run_method("show", feed.text(self._sent_tree))
+        self._sent_tree = feed.number
+        self._push_maps(maps)
         self._push_trail()
-        self._push_events(tree["events"])
+        self._push_events(feed.events)
         if slow:
-            self._push_plot(self._site.live.series.of(self._item.value))
+            self._push_plot()
+
+    def _lost(self) -> None:
+        """Send a whole tree at the next push: the browser has missed one."""
+        self._sent_tree = PAST
 
     def again(self) -> None:
         """Send all of the map at the next push: the browser has built it now."""
@@ -122,10 +147,11 @@ class Board:
     async def _show_past(self) -> None:
         """Send what was known at the chosen time of a past run; or all of the present again."""
         chosen = self._past.chosen
-        self._sent_events, self._sent_points = (), 0
+        self._sent_events, self._sent_points = (), ("", 0)
+        self._sent_tree = PAST
         self.again()
         if chosen is None:
-            self.push(self._site.view(), True)
+            self.push(self._site.maps.tree(), True)
             return
         try:
             found = await run.io_bound(self._site.replay.at, *chosen)
@@ -137,11 +163,11 @@ class Board:
             return  # the server ends, or another time was chosen meanwhile
         tree = view(found.shot, found.shot.mono_ns)
         tree |= {"past": at_words(chosen), "utc_s": tree["utc_s"] or tree["now_s"]}
-        self._feed.run_method("show", {**tree, "events": []})
+        self._feed.run_method("show", past_text(tree))
         self._push_maps({**found.maps, "gdem": self._site.maps.tree()["gdem"]})
         self._map.run_method("show_trail", found.trail_m.tolist(), True)
         self._push_events(tree["events"])
-        self._push_plot(points)
+        self._plot_whole(points)
 
     def _push_maps(self, tree: dict[str, Any]) -> None:
         mark = (
@@ -179,31 +205,37 @@ class Board:
         if self._past.chosen is not None:
             await self._show_past()
         else:
-            self._push_plot(self._site.live.series.of(self._item.value))
+            self._push_plot()
 
-    def _push_plot(self, points: F64) -> None:
+    def _push_plot(self) -> None:
+        """Send the values that are new; all of them for another item."""
+        series, (name, count) = self._site.live.series, self._sent_points
+        wanted = self._item.value
+        if name != wanted:
+            self._plot_whole(series.of(wanted))
+        elif series.count(wanted) > count:
+            fresh = _plotted(wanted, series.since(wanted, count))
+            self._feed.run_method("plot", self._plot.id, fresh, False)
+        self._sent_points = (wanted, series.count(wanted))
+
+    def _plot_whole(self, points: F64) -> None:
         name = self._item.value
-        mark = hash((name, len(points), float(points[-1, 0]) if len(points) else 0.0))
-        if mark == self._sent_points:
-            return
-        self._sent_points = mark
-        scale = 57.29577951308232 if BY_NAME[name].unit.startswith("rad") else 1.0
-        options = self._plot.options
-        options["series"][0]["data"] = [
-            [round(utc_s * 1000), None if value != value else value * scale] for utc_s, value in points.tolist()
-        ]
+        options, scale = self._plot.options, _scale(name)
+        options["series"][0]["data"] = _plotted(name, points)
         limits = BY_NAME[name].limits or ()
         options["series"][0]["markLine"]["data"] = [{"yAxis": limit * scale} for limit in limits if abs(limit) < 1e9]
         options["yAxis"]["name"] = f"{label(name)}, {BY_NAME[name].unit.replace('rad', '°') or '–'}"
         self._plot.update()
+        self._feed.run_method("plot", self._plot.id, options["series"][0]["data"], True)
 
     # -- elements -------------------------------------------------------------------------------------------
 
     def _draw(self) -> None:
-        self._feed = Feed({**self._site.view(), "events": []})
+        self._feed = Feed(self._site.feed.whole())
+        self._feed.on("lost", self._lost)
         Headline()
         self._past = PastBar(self._site.replay, self._show_past)
-        with ui.element("main").classes("grid"):
+        with ui.element("div").classes("grid"):
             with ui.element("section").classes("card map-card").props('aria-label="Map"'):
                 self._draw_map()
             with ui.element("div").classes("side"):
@@ -216,6 +248,9 @@ class Board:
                 with ui.element("section").classes("card"):
                     ui.html("<h2>Link</h2>", sanitize=False)
                     Link()
+                with ui.element("section").classes("card").props('aria-label="Wheels"'):
+                    ui.html("<h2>Wheels</h2>", sanitize=False)
+                    Wheels()
             with ui.element("section").classes("card events-card"):
                 self._draw_events()
             with ui.element("section").classes("card plot-card"):
@@ -258,7 +293,9 @@ class Board:
         self._told = ui.label("Click the map, or type x and y; then Preview.").classes("told")
         with ui.element("div").classes("quick"):
             for text, words in QUICK:
-                ui.button(text, on_click=lambda words=words: self._order(words)).props("no-caps outline dense")
+                ui.button(text, color=LIGHT, on_click=lambda words=words: self._order(words)).props(
+                    "no-caps outline dense"
+                )
             ui.switch(
                 "map at each stop", value=self._site.map_each_stop, on_change=lambda event: self._each_stop(event.value)
             ).props("dense")
@@ -276,7 +313,7 @@ class Board:
             self._unseen = ui.label("").classes("unseen-count")
             search = ui.input("search").props("dense outlined clearable")
             if self._operator:
-                ui.button("Acknowledge all", on_click=self._acknowledge).props("no-caps outline dense")
+                ui.button("Acknowledge all", color=LIGHT, on_click=self._acknowledge).props("no-caps outline dense")
         columns = [
             {
                 "name": "time",

@@ -45,7 +45,7 @@ class PastBar:
 
     @staticmethod
     def _button(text: str, on_click: Callable[[], None]) -> None:
-        ui.button(text, on_click=on_click).props("no-caps outline dense")
+        ui.button(text, color="light-blue-2", on_click=on_click).props("no-caps outline dense")
 
     async def _load(self) -> None:
         try:

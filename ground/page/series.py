@@ -50,6 +50,16 @@ class Series:
         kept = self._kept[row].T
         return kept[:count].copy() if count <= length else np.roll(kept, -(count % length), axis=0)
 
+    def count(self, name: str) -> int:
+        """Return how many values of an item there were so far, also those that the ring has lost."""
+        return int(self._next[self._rows[name]])
+
+    def since(self, name: str, count: int) -> F64:
+        """Return (n, 2) as `of` the values after the first `count` ones, as far as the ring has them."""
+        fresh = min(self.count(name) - count, self._kept.shape[2])
+        row, length = self._rows[name], self._kept.shape[2]
+        return self._kept[row][:, np.arange(self.count(name) - fresh, self.count(name)) % length].T
+
 
 class Trail:
     """Places of the rover at least 5 cm apart, in this boot and those of the archive's newest boot.

@@ -57,6 +57,8 @@ def application(site: Site) -> Guard:
         ui.colors(primary="#1d6fb8")  # white on it: 5.2 to 1
         ui.add_body_html(stop_bar(role))
         client = ui.context.client
+        if not boards:  # without browsers the tree stood still
+            site.feed.take(site.view())
         boards[client.id] = Board(site, role, who(role.value, address))
         client.on_delete(lambda: boards.pop(client.id, None) and None)
 
@@ -65,11 +67,14 @@ def application(site: Site) -> Guard:
         while True:
             await asyncio.sleep(_PUSH_S)
             turn += 1
-            tree = site.view()
             last_stop = _map_at_stop(site, last_stop)
+            if not boards:
+                continue
+            site.feed.take(site.view())
+            maps = site.maps.tree()
             for key, board in list(boards.items()):
                 try:
-                    board.push(tree, turn % _SLOW_PUSHES == 0)
+                    board.push(maps, turn % _SLOW_PUSHES == 0)
                 except Exception:  # noqa: BLE001 - one browser's page must not end the others'
                     _LOG.exception("page %s", key)
 

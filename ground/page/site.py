@@ -22,6 +22,7 @@ from ground.page.maps import Maps
 from ground.page.orders import who
 from ground.page.replay import Replay
 from ground.page.stop import StopDesk
+from ground.page.tree_feed import TreeFeed
 from ground.page.view import view
 
 STATIC = Path(__file__).parent / "static"
@@ -38,6 +39,7 @@ class Site:
     secure: True if browsers come by https (a proxy): the cookie is then sent by https only.
     map_each_stop: True: the rover's map is fetched at each of its stops.
     replay: reader of the archive's past runs.
+    feed: the newest view model, shared by all browsers.
     """
 
     gate: Gate
@@ -48,9 +50,11 @@ class Site:
     secure: bool = False
     map_each_stop: bool = False
     replay: Replay = field(init=False)
+    feed: TreeFeed = field(init=False)
 
     def __post_init__(self) -> None:
         self.replay = Replay(Path(self.archive) if self.archive else None)
+        self.feed = TreeFeed(self.view())
 
     def view(self) -> dict[str, Any]:
         """Return the view model now."""

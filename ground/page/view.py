@@ -13,7 +13,7 @@ from typing import Any
 from ground.link.contact import SILENT_NS
 from ground.page.pace import unequal
 from ground.page.snapshot import CommandRow, EventRow, Snapshot
-from ground.page.words import GROUPS, command_words, label, rest, value_words
+from ground.page.words import DRAWN, GROUPS, command_words, label, rest, value_words
 from protocol.tables.telemetry import BY_NAME, out_of_limits
 
 MOST_EVENTS, MOST_COMMANDS = 200, 40
@@ -88,15 +88,19 @@ def _number(shot: Snapshot, name: str) -> float | None:
 
 
 def _value(shot: Snapshot, name: str, now: int) -> dict[str, Any]:
-    """Return text, time, limit of age and marks of one item. `live`: False for a value of an earlier run."""
+    """Return text, time, limit of age and marks of one item, and the number of one that is drawn.
+
+    `live`: False for a value of an earlier run.
+    """
     value = _number(shot, name)
     at = measured_ns(shot, name, now)
     return {
         "text": "–" if value is None else value_words(name, value),
-        "at_s": None if at is None else at / 1e9,
-        "stale_s": stale_after_s(name, shot.rtt_ns / 2e9),
+        "at_s": None if at is None else round(at / 1e9, 3),  # the estimate moves by less at each reading
+        "stale_s": round(stale_after_s(name, shot.rtt_ns / 2e9), 2),
         "live": name in shot.items,
         "bad": value is not None and out_of_limits(name, value),
+        **({"number": value} if name in DRAWN else {}),
     }
 
 
@@ -115,10 +119,22 @@ def _pose(shot: Snapshot, values: dict[str, Any], now: int) -> dict[str, Any] | 
         "at_s": at_s,
         "stale_s": values["x_m"]["stale_s"],
         "live": "x_m" in shot.items,
-        "sigma_m": _number(shot, "sigma_position_m"),
+        "ellipse": _ellipse(shot),
         "sigma_yaw_rad": _number(shot, "sigma_yaw_rad"),
         "predicted": _predicted(shot, (x_m, y_m, yaw_rad), age_s) if fresh and age_s is not None else None,
     }
+
+
+def _ellipse(shot: Snapshot) -> dict[str, float] | None:
+    """Return the 1 sigma ellipse of the place: half axes, m, and direction of the long one; a circle if that is all.
+
+    The circle has the root of the sum of both variances, so it is never too small. None: not known.
+    """
+    major_m, minor_m, axis_rad = (_number(shot, name) for name in ("sigma_major_m", "sigma_minor_m", "sigma_axis_rad"))
+    if major_m is not None and minor_m is not None and axis_rad is not None:
+        return {"major_m": major_m, "minor_m": minor_m, "axis_rad": axis_rad}
+    sigma_m = _number(shot, "sigma_position_m")
+    return None if sigma_m is None else {"major_m": sigma_m, "minor_m": sigma_m, "axis_rad": 0.0}
 
 
 def _predicted(shot: Snapshot, pose: tuple[float, float, float | None], age_s: float) -> dict[str, float] | None:

@@ -11,12 +11,13 @@ from protocol.tables import commands
 from protocol.tables.telemetry import BY_NAME, TABLE
 from protocol.visible import visible
 
+WHEEL_ITEMS = (("steer", "rad"), ("steer_ordered", "rad"), ("rate", "radps"), ("rate_ordered", "radps"))
+DRAWN = frozenset(f"{what}_{n}_{unit}" for n in (1, 2, 3, 4) for what, unit in WHEEL_ITEMS)
 GROUPS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("Rover", ("mode", "phase", "stop", "faults", "goal_distance_m", "speed_mps", "job_ratio")),
     ("Pose", ("x_m", "y_m", "z_m", "yaw_rad", "roll_rad", "pitch_rad", "yaw_rate_radps", "sigma_position_m",
-              "sigma_yaw_rad")),
-    ("Wheels", tuple(f"{what}_{n}_{unit}" for n in (1, 2, 3, 4) for what, unit in (("steer", "rad"),
-                                                                                      ("rate", "radps")))),
+              "sigma_major_m", "sigma_minor_m", "sigma_axis_rad", "sigma_yaw_rad")),
+    ("Wheels", ("slip_ratio", *(f"{what}_{n}_{unit}" for n in (1, 2, 3, 4) for what, unit in WHEEL_ITEMS))),
     ("Power", ("voltage_v", "current_a", "charge_ratio", "battery_temperature_c")),
     ("Computer", ("cpu_ratio", "rss_mb", "free_memory_mb", "free_disk_mb", "computer_temperature_c", "tick_worst_ms")),
     ("Link on board", ("link_received", "link_refused", "events_waiting", "lease_station", "key_epoch")),
@@ -24,7 +25,9 @@ GROUPS: tuple[tuple[str, tuple[str, ...]], ...] = (
 LABELS = {
     "goal_distance_m": "to the goal", "speed_mps": "speed", "job_ratio": "computing", "x_m": "east (x)",
     "y_m": "north (y)", "z_m": "height (z)", "yaw_rad": "heading", "roll_rad": "roll", "pitch_rad": "pitch",
-    "yaw_rate_radps": "turn rate", "sigma_position_m": "1σ of place", "sigma_yaw_rad": "1σ of heading",
+    "yaw_rate_radps": "turn rate", "sigma_position_m": "1σ of place", "sigma_major_m": "1σ, long axis",
+    "sigma_minor_m": "1σ, short axis", "sigma_axis_rad": "long axis from east", "slip_ratio": "slip",
+    "sigma_yaw_rad": "1σ of heading",
     "voltage_v": "battery", "current_a": "current", "charge_ratio": "charge", "battery_temperature_c": "battery temp.",
     "cpu_ratio": "processor", "rss_mb": "program memory", "free_memory_mb": "free memory", "free_disk_mb": "free disk",
     "computer_temperature_c": "computer temp.", "tick_worst_ms": "longest tick", "link_received": "received",
@@ -32,9 +35,11 @@ LABELS = {
     "key_epoch": "key epoch", "faults": "faults", "stop": "scan stop", "mode": "mode", "phase": "phase",
     **{f"steer_{n}_rad": f"wheel {n} steering" for n in (1, 2, 3, 4)},
     **{f"rate_{n}_radps": f"wheel {n} rate" for n in (1, 2, 3, 4)},
+    **{f"steer_ordered_{n}_rad": f"wheel {n} steering, ordered" for n in (1, 2, 3, 4)},
+    **{f"rate_ordered_{n}_radps": f"wheel {n} rate, ordered" for n in (1, 2, 3, 4)},
 }  # fmt: skip
 _DECIMALS = {"m": 2, "m/s": 2, "V": 1, "A": 1, "°C": 0, "ms": 1, "MB": 0, "ppm": 0, "s": 3}
-_PERCENT = {"charge_ratio", "cpu_ratio", "job_ratio", "process_ratio"}
+_PERCENT = {"charge_ratio", "cpu_ratio", "job_ratio", "process_ratio", "slip_ratio"}
 assert all(name in BY_NAME for _, names in GROUPS for name in names)
 
 

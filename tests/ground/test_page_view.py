@@ -1,5 +1,6 @@
 """View model of the operator's page: nothing old looks fresh, whatever is wrong; the chain of a command; STOP."""
 
+import json
 import math
 
 import pytest
@@ -10,6 +11,7 @@ from ground.page.pace import Pace, unequal
 from ground.page.series import STEP_M, Series, Trail
 from ground.page.snapshot import CommandRow, OldValue, Snapshot
 from ground.page.stop import StopDesk, told
+from ground.page.tree_feed import PAST, TreeFeed
 from ground.page.view import layout, stale_after_s, view
 from ground.page.words import command_words, value_words
 from protocol.tables.telemetry import TABLE
@@ -252,3 +254,65 @@ def test_a_trail_has_places_apart_and_begins_anew_with_a_boot():
     assert len(trail.places) == 6 and trail.begun == 0
     trail.add(0.0, 0.0, 2)
     assert trail.places == [(0.0, 0.0)] and trail.begun == 1
+
+
+def test_the_plot_is_sent_only_what_is_new_of_the_short_history():
+    series = Series(4)
+    series.seed("voltage_v", [(t, 20.0 + t) for t in range(3)])
+    assert series.since("voltage_v", 1).tolist() == [[1, 21], [2, 22]]
+    series.seed("voltage_v", [(t, 20.0 + t) for t in range(3, 9)])
+    assert series.count("voltage_v") == 9 and len(series.since("voltage_v", 9)) == 0
+    assert series.since("voltage_v", 8).tolist() == [[8, 28]]
+    assert series.since("voltage_v", 1).tolist() == series.of("voltage_v").tolist()  # the ring has lost the rest
+
+
+def test_a_difference_has_the_time_and_only_what_has_changed():
+    snapshot = shot(items=[FRESH])
+    feed = TreeFeed(view(snapshot, snapshot.mono_ns))
+    feed.take(view(snapshot, snapshot.mono_ns + S))
+    sent = json.loads(feed.text(0))
+    assert set(sent) == {"number", "whole", "now_s", "utc_s"} and len(feed.text(0)) < 120
+    moved = shot(101.0, onboard_s=501.0, items=[("x_m", 4.0, 101.0, 500.0)])
+    feed.take(view(moved, moved.mono_ns))
+    assert json.loads(feed.text(1))["values"] == {"x_m": {"text": "4.00 m", "at_s": 100.0}}
+
+
+def test_differences_one_after_the_other_make_the_whole_tree_as_the_browser_adds_them():
+    states = [shot(100.0 + k, onboard_s=500.0 + k, items=[("x_m", 1.0 * k, 100.0 + k, 499.5 + k)]) for k in range(5)]
+    trees = [view(one, one.mono_ns) for one in states]
+    feed = TreeFeed(trees[0])
+    tree = json.loads(json.dumps(feed.whole()))
+    for one in trees[1:]:
+        feed.take(one)
+        fresh = json.loads(feed.text(tree["number"]))
+        assert not fresh["whole"]
+        values = {name: {**tree["values"][name], **one} for name, one in fresh["values"].items()}
+        tree = {**tree, **fresh, "values": {**tree["values"], **values}}  # as static/ages.js
+    assert {**tree, "whole": True} == json.loads(json.dumps(feed.whole()))
+    assert tree["values"]["x_m"]["text"] == "4.00 m"
+
+
+def test_a_browser_that_missed_a_tree_gets_a_whole_one_and_one_that_has_the_newest_nothing():
+    snapshot = shot(items=[FRESH])
+    feed = TreeFeed(view(snapshot, snapshot.mono_ns))
+    assert feed.text(0) == "" and json.loads(feed.text(PAST))["whole"]
+    for _ in range(3):
+        feed.take(view(snapshot, snapshot.mono_ns))
+    assert json.loads(feed.text(1))["whole"] and json.loads(feed.text(PAST))["whole"]
+    assert not json.loads(feed.text(2))["whole"]
+
+
+def test_the_place_has_the_ellipse_of_its_covariance_and_of_an_older_rover_a_circle():
+    axes = {"sigma_major_m": 0.4, "sigma_minor_m": 0.1, "sigma_axis_rad": 0.5}
+    place = [FRESH, ("y_m", 2.0, 99.5, 498.5), ("sigma_position_m", 0.3, 99.5, 498.5)]
+    found = view(shot(items=[*place, *((name, one, 99.5, 498.5) for name, one in axes.items())]), 0)["pose"]
+    assert found["ellipse"] == {"major_m": 0.4, "minor_m": 0.1, "axis_rad": 0.5}
+    assert view(shot(items=place), 0)["pose"]["ellipse"] == {"major_m": 0.3, "minor_m": 0.3, "axis_rad": 0.0}
+    assert view(shot(items=place[:2]), 0)["pose"]["ellipse"] is None
+
+
+def test_wheels_are_sent_as_numbers_for_the_drawing_reported_and_ordered():
+    items = [("steer_1_rad", 0.25, 99.5, 498.5), ("steer_ordered_1_rad", 0.5, 99.5, 498.5)]
+    values = view(shot(items=items), 0)["values"]
+    assert (values["steer_1_rad"]["number"], values["steer_ordered_1_rad"]["number"]) == (0.25, 0.5)
+    assert values["rate_ordered_4_radps"]["number"] is None and "number" not in values["x_m"]

@@ -40,6 +40,7 @@ class ToyRover:
         self.refused = 0
         self.versions = OURS
         self.lease_of = 0  # station that holds the lease
+        self.more_items: dict[str, float] = {}  # sent beside the rest; orders of wheels have WHEELS with them
         self.fails, self.names_object, self.tells = False, True, True
 
     def receive(self, datagram: bytes, now_ns: int) -> None:
@@ -114,8 +115,22 @@ class ToyRover:
             self._mavlink.link_state_encode(ms, *self.versions, self.lease_of, 0),
             self._mavlink.local_position_ned_encode(ms, *ned_from_enu(ms / 1000, 2.0, 0.0), 0.0, 0.0, 0.0),
             self._mavlink.items_encode(ms, [float(self.refused)] + [nan] * 7, [BY_NAME["link_refused"].id] + [0] * 7),
+            *self._more(ms),
         )
         return b"".join(message.pack(self._mavlink) for message in messages)
+
+    def _more(self, ms: int) -> list[object]:
+        """Return the frames of `more_items`, and the wheels' if it orders them: they turn as ordered, halfway."""
+        named = [(BY_NAME[name].id, value) for name, value in self.more_items.items()]
+        made: list[object] = []
+        for at in range(0, len(named), 8):
+            part = named[at : at + 8] + [(0, 0.0)] * (8 - len(named[at : at + 8]))
+            made.append(self._mavlink.items_encode(ms, [value for _, value in part], [number for number, _ in part]))
+        if "steer_ordered_1_rad" in self.more_items:
+            steer = [self.more_items[f"steer_ordered_{n}_rad"] / 2 for n in (1, 2, 3, 4)]
+            rate = [self.more_items[f"rate_ordered_{n}_radps"] / 2 for n in (1, 2, 3, 4)]
+            made.append(self._mavlink.wheels_encode(ms, steer, rate, [0] * 4))
+        return made
 
     def cancel(self, now_ns: int, reason: str) -> None:
         """Ends what is under way, as a stop or another goto does."""

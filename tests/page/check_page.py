@@ -98,6 +98,17 @@ def test_stop_works_when_the_rest_of_the_page_is_broken(operator):
     expect(operator.page.locator("#stop-words.good")).to_contain_text("heard by the rover", timeout=WAIT_MS)
 
 
+def test_stop_works_when_the_pages_library_and_its_websocket_never_come(operator, served):
+    page = operator.page
+    page.route("**/_nicegui*/**", lambda route: route.abort())
+    for name in ("feed", "ages", "map", "headline", "wheels"):
+        page.route(f"**/static/{name}.js", lambda route: route.abort())
+    page.goto(served.address)
+    assert page.locator(".headline").count() == 0
+    page.keyboard.press("Escape")
+    expect(page.locator("#stop-words.good")).to_contain_text("heard by the rover", timeout=WAIT_MS)
+
+
 def test_stop_works_without_scripts(browser, served):
     cookies = Seat(browser, served)
     context = browser.new_context(java_script_enabled=False, storage_state=cookies.context.storage_state())

@@ -30,11 +30,13 @@ class Served:
 
     def __init__(self, folder: Path, port: int) -> None:
         self.folder, self.port = folder, port
+        self.one_way_s = 0.6
         self.address = f"http://127.0.0.1:{port}"
         self.start()
 
     def start(self) -> None:
-        words = [sys.executable, str(ROOT / "tests/page/toy_page.py"), str(self.folder), str(self.port), "0.6"]
+        words = [sys.executable, str(ROOT / "tests/page/toy_page.py"), str(self.folder), str(self.port)]
+        words.append(str(self.one_way_s))
         self._log = open(OUT / "server.log", "a")  # noqa: SIM115 - it lives as long as the process
         self.process = subprocess.Popen(
             words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._log, text=True

@@ -3,7 +3,8 @@
     python toy_page.py FOLDER PORT [ONE_WAY_S]
 
 Orders: `silent on|off` (nothing comes down), `deaf on|off` (nothing goes up), `event NAME TEXT`, `closed on|off`,
-`loss RATIO`, `flood` (a product of 4 MB), `freeze S` (the web server's loop is blocked for so long).
+`loss RATIO`, `flood` (a product of 4 MB), `height_std` (the deviations), `large` (maps of
+40,000 and 250,000 cells), `freeze S` (the web server's loop is blocked for so long).
 """
 
 import random
@@ -30,22 +31,30 @@ from ground.station.settings import Settings  # noqa: E402
 from ground.station.station import Station, StationError  # noqa: E402
 from onboard.config import load  # noqa: E402
 from onboard.planning.prediction import digest  # noqa: E402
+from onboard.records import Gdem, Grid  # noqa: E402
 from protocol.link.datagrams import bench_keys  # noqa: E402
 from protocol.products import LdemProduct, MapGrid, encode_ldem  # noqa: E402
+from protocol.products.height_std import HEIGHT_STD_CODEC, HeightStd, encode_height_std  # noqa: E402
 from protocol.products.pose_map import PoseMap, encode_poses  # noqa: E402
 
+MORE = {
+    "sigma_major_m": 0.4, "sigma_minor_m": 0.1, "sigma_axis_rad": 0.5236, "slip_ratio": 0.12,
+    **{f"steer_ordered_{n}_rad": steer for n, steer in zip((1, 2, 3, 4), (0.6, -0.6, -0.4, 0.4))},
+    **{f"rate_ordered_{n}_radps": rate for n, rate in zip((1, 2, 3, 4), (1.2, 1.2, 2.0, 2.0))},
+}  # fmt: skip
 
-def a_map() -> bytes:
+
+def a_map(cells: int = 120) -> bytes:
     """A map of rolling ground with a wall that nobody stands on."""
-    row, column = np.mgrid[0:120, 0:120]
+    row, column = np.mgrid[0:cells, 0:cells]
     heights = (0.2 * np.sin(row / 15.0) * np.cos(column / 18.0)).astype(np.float32)
     heights[:20, :20] = np.nan
-    freedom = np.full((8, 120, 120), 2, np.uint8)
+    freedom = np.full((8, cells, cells), 2, np.uint8)
     freedom[:, 40:80, 85:90] = 0
     freedom[:, :20, :20] = 1
     sets = np.where((freedom == 2).any(axis=0), 3, np.where((freedom == 0).any(axis=0), 2, 1)).astype(np.uint8)
     poses = PoseMap(freedom, (2.0, 1.0, 0.0), known=True, settings=digest(load()))
-    return encode_ldem(LdemProduct(MapGrid(-3.95, -4.95, 0.1, 120, 120), heights, sets)) + encode_poses(poses)
+    return encode_ldem(LdemProduct(MapGrid(-3.95, -4.95, 0.1, cells, cells), heights, sets)) + encode_poses(poses)
 
 
 class Air:
@@ -55,6 +64,7 @@ class Air:
         self.one_way_ns, self.boot_id = round(one_way_s * 1e9), boot_id
         self.rover = ToyRover(bench_keys(7), boot_id=boot_id, rate_bps=256e3, drive_s=4.0)
         self.rover.map, self.rover.fails = a_map(), False
+        self.rover.more_items = dict(MORE)
         self.silent = self.deaf = self.closed = False
         self.loss_ratio, self._random = 0.0, random.Random(1)
         self._zero_ns, self._tick_ns = time.monotonic_ns(), 0
@@ -88,6 +98,12 @@ class Air:
         with self._lock:
             self.rover.event(self.go_on(), name, text)
 
+    def deviations(self) -> None:
+        with self._lock:
+            std_m = np.geomspace(0.002, 0.2, 120, dtype=np.float32) * np.ones((120, 1), np.float32)
+            data = encode_height_std(HeightStd(MapGrid(-3.95, -4.95, 0.1, 120, 120), std_m))
+            self.rover._bulk.offer("height_std", data, HEIGHT_STD_CODEC, self.go_on())
+
     def flood(self) -> None:
         with self._lock:
             data = np.random.default_rng(2).integers(0, 256, 4_000_000, dtype=np.uint8).tobytes()
@@ -119,7 +135,12 @@ class ToyEnd:
         pass
 
 
-def orders(air: Air, freeze: list[float]) -> None:
+def large_gdem() -> Gdem:
+    row, column = np.mgrid[0:500, 0:500]
+    return Gdem(Grid(-50.0, -50.0, 0.2, 500, 500), np.sin(row / 40.0 + column / 60.0).astype(np.float32))
+
+
+def orders(air: Air, maps: Maps, freeze: list[float]) -> None:
     for line in sys.stdin:
         verb, _, rest = line.strip().partition(" ")
         if verb in ("silent", "deaf", "closed"):
@@ -130,6 +151,10 @@ def orders(air: Air, freeze: list[float]) -> None:
             air.event(*rest.split(" ", 1))
         elif verb == "flood":
             air.flood()
+        elif verb == "height_std":
+            air.deviations()
+        elif verb == "large":
+            air.rover.map, maps.gdem = a_map(200), large_gdem()
         elif verb == "freeze":
             freeze.append(float(rest))
         print(f"done {line.strip()}", flush=True)
@@ -161,7 +186,7 @@ def main() -> None:
         settings.archive,
     )
     freeze: list[float] = []
-    threading.Thread(target=orders, args=(air, freeze), daemon=True).start()
+    threading.Thread(target=orders, args=(air, maps, freeze), daemon=True).start()
     with listen("127.0.0.1", port) as at:
         made = application(site)
         live.start()

@@ -1,9 +1,18 @@
 // The newest tree of the station and the age of its values. Ages grow here too while nothing arrives from the server.
 let tree = null, ticks = 0, clock = 0;
 
+// Takes a whole tree, or the difference to the one before. Returns false if a tree was missed: the server sends a whole one then.
 export function take(fresh) {
-  tree = fresh; ticks = performance.now(); clock = Date.now();
+  if (fresh.whole) tree = fresh;
+  else if (!tree || tree.number !== fresh.number - 1) return false;
+  else {
+    const values = { ...tree.values };
+    for (const name in fresh.values || {}) values[name] = { ...values[name], ...fresh.values[name] };
+    tree = { ...tree, ...fresh, values };
+  }
+  ticks = performance.now(); clock = Date.now();
   window.dispatchEvent(new Event("station"));
+  return true;
 }
 export const newest = () => tree;
 

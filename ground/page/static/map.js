@@ -178,7 +178,7 @@ export default {
     },
     paint_rover(g, pose) {
       const old = stale(pose), colour = old ? COLOURS.old : COLOURS.rover;
-      if (pose.sigma_m !== null) { const [px, py] = this.px(pose.x_m, pose.y_m); g.beginPath(); g.arc(px, py, Math.max(2, 2 * pose.sigma_m * this.scale), 0, 7); g.setLineDash([4, 3]); g.strokeStyle = COLOURS.sigma; g.lineWidth = 2; g.stroke(); g.setLineDash([]); }
+      if (pose.ellipse) { const [px, py] = this.px(pose.x_m, pose.y_m), size = (m) => Math.max(2, 2 * m * this.scale); g.beginPath(); g.ellipse(px, py, size(pose.ellipse.major_m), size(pose.ellipse.minor_m), -pose.ellipse.axis_rad, 0, 7); g.setLineDash([4, 3]); g.strokeStyle = COLOURS.sigma; g.lineWidth = 2; g.stroke(); g.setLineDash([]); }
       this.outline(g, pose, old ? "#9aa4ab55" : "#ff5c4988", colour, old ? [5, 4] : []);
       if (pose.predicted && !old) this.outline(g, pose.predicted, null, "#fff", [4, 4]);
       const [px, py] = this.px(pose.x_m, pose.y_m);
