@@ -35,7 +35,7 @@ class WheelDrive(NamedTuple):
     rate_radps: float
 
 
-class Turn(NamedTuple):
+class TrueTurn(NamedTuple):
     """One turn of the scanner with its true rays; the arrays are not changed after creation.
 
     now_ns: time of its last beam

@@ -29,17 +29,17 @@ from onboard.drivers.link.saved_state import LinkMemory
 from onboard.drivers.platform.clock import LockStepClock, WallClock
 from onboard.drivers.platform.load import Probe, folders_written
 from onboard.drivers.platform.memory import return_large
-from onboard.drivers.platform.stopwatch import Stopwatch, Unmeasured
+from onboard.drivers.platform.stopwatch import NullStopwatch, Stopwatch
 from onboard.drivers.platform.workers import Workers
 from onboard.drivers.storage.folder_lock import FolderLock
-from onboard.drivers.storage.map_tiles import Keeper, Kept, load
+from onboard.drivers.storage.map_tiles import FolderContent, Keeper, load
 from onboard.drivers.storage.state_folder import StateFolder, count_boot, read_kept
 from onboard.journal import Announce, Level, to_journal
 from onboard.maps.gdem_file import GdemError, read_gdem
 from onboard.record.writer import Recorder
 from onboard.records import BusStatus, Chunk, Frame, Gdem, Health, Inputs, LinkMessage, Machine, Outputs, PortState
 from onboard.records.status import BUS_CLOSED, EPOCH, HALTS
-from onboard.spare_time import Books, Spare
+from onboard.spare_time import SpareTime, TickRecorder
 from onboard.status.report import rhythm
 from protocol.barrier import Channel, Tick
 
@@ -109,7 +109,7 @@ class LockStepPorts:
 
     def __init__(self, can: CanPort, lidar: LidarPort, link: LinkPort) -> None:
         self.can, self.lidar, self.link = can, lidar, link
-        self.watch = Unmeasured()
+        self.watch = NullStopwatch()
         self._tick = self._left_out = 0
         if can.state is not PortState.OPEN:
             raise OSError(can.status.error)
@@ -242,8 +242,8 @@ def _fly(config: Config, announce: Announce) -> int:
             clock.idle = ports.ear.listen
             workers.preload(LATER).result()  # loading during the ticks would make them late
         rover = Rover(config, gdem, memory, state)
-        books = Books(rover, lidar, recorder, keeper, announce, journal=to_journal())
-        spare = Spare(config, rover, clock, recorder, announce)
+        books = TickRecorder(rover, lidar, recorder, keeper, announce, journal=to_journal())
+        spare = SpareTime(config, rover, clock, recorder, announce)
         stack.callback(spare.close)
 
         gc.freeze()  # start-up objects stay: collecting them again would cost ticks of 30 ms
@@ -265,7 +265,7 @@ def loop(
     ports: LockStepPorts | WallPorts,
     clock: LockStepClock | WallClock,
     work: tuple[Workers, StateFolder],
-    beside: tuple[Books, Spare],
+    beside: tuple[TickRecorder, SpareTime],
 ) -> bool:
     """Run ticks until the clock ends the run; then stop the wheels and the LIDAR.
 
@@ -285,7 +285,7 @@ def _ticks(
     ports: LockStepPorts | WallPorts,
     clock: LockStepClock | WallClock,
     work: tuple[Workers, StateFolder],
-    beside: tuple[Books, Spare],
+    beside: tuple[TickRecorder, SpareTime],
 ) -> bool:
     """Run the ticks of `loop`.
 
@@ -364,13 +364,13 @@ def load_gdem(path: str, needed: bool = True, announce: Announce | None = None) 
         return None
 
 
-def load_tiles(config: Config) -> Kept:
+def load_tiles(config: Config) -> FolderContent:
     """Load the tiles in mapping.folder; none if no folder is named or it does not exist. Raises ConfigError."""
     folder = config.mapping.folder
     try:
-        return load(Path(folder), config.mapping.cell_m) if folder else Kept()
+        return load(Path(folder), config.mapping.cell_m) if folder else FolderContent()
     except FileNotFoundError:
-        return Kept()
+        return FolderContent()
     except OSError as error:
         raise ConfigError(f"mapping.folder = {folder!r} cannot be read: {error.strerror}") from error
 
@@ -383,7 +383,7 @@ def load_state(config: Config) -> dict[str, bytes]:
         raise ConfigError(f"state.folder = {config.state.folder!r} cannot be read: {error.strerror}") from error
 
 
-def recall_map(config: Config, kept: Kept) -> StopMap | None:
+def recall_map(config: Config, kept: FolderContent) -> StopMap | None:
     """Build the map from saved tiles; None if there are none. Raises ConfigError."""
     if not kept.files:
         return None

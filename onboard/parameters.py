@@ -75,7 +75,7 @@ class Change:
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class ParameterSet:
     """A configuration and the changes that led to it.
 
     config: with the changes.
@@ -98,7 +98,7 @@ class Settings:
         """Newest change of a parameter, or None."""
         return next((change for change in reversed(self.changes) if change.name == name), None)
 
-    def set(self, name: str, text: str, who: tuple[int, int, int]) -> Settings:
+    def set(self, name: str, text: str, who: tuple[int, int, int]) -> ParameterSet:
         """Return the settings with one parameter changed. who: onboard time ns, boot, station.
 
         Raises ValueError with what is allowed: an unknown name, a value out of range, one that needs a restart.
@@ -117,7 +117,7 @@ class Settings:
 
 
 def changed(config: Config, name: str, text: str) -> Config:
-    """Return the configuration with one key changed to a TOML word or plain text. Raises ValueError as Settings.set."""
+    """Return the configuration with one key set to a TOML word or plain text. Raises ValueError as ParameterSet.set."""
     row = TABLE[named(name, TABLE, "parameter")]
     if row.takes == RESTART:
         raise ValueError(f"{name} changes {RESTART} only: set it in the configuration file")
@@ -133,16 +133,16 @@ def _plain(text: str) -> Any:
         return text
 
 
-def recalled(config: Config, kept: bytes) -> tuple[Settings, list[str]]:
+def recalled(config: Config, kept: bytes) -> tuple[ParameterSet, list[str]]:
     """Apply saved settings to this configuration; return them and a line for each that this program does not take."""
     if not kept:
-        return Settings(config), []
+        return ParameterSet(config), []
     try:
         tree = json.loads(kept)
         changes = tuple(Change(**change) for change in tree["changes"])
         version, values = int(tree["version"]), {str(k): str(v) for k, v in tree["values"].items()}
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        return Settings(config), [f"the kept parameters cannot be read: {error!r}"]
+        return ParameterSet(config), [f"the kept parameters cannot be read: {error!r}"]
     dropped = []
     for name, text in list(values.items()):
         try:
@@ -150,10 +150,10 @@ def recalled(config: Config, kept: bytes) -> tuple[Settings, list[str]]:
         except (ValueError, ConfigError) as error:
             dropped.append(f"dropped {name}: {error}")
             del values[name]
-    return Settings(config, version, values, changes), dropped
+    return ParameterSet(config, version, values, changes), dropped
 
 
-def listing(settings: Settings) -> str:
+def listing(settings: ParameterSet) -> str:
     """List all parameters with value, range, meaning and time of effect, then the changes made."""
     lines = [f"# version {settings.version}"]
     for name, row in TABLE.items():

@@ -1,6 +1,6 @@
 """Work of the shell outside the core's tick: record, map, port messages, `onboard status`, garbage collection.
 
-`Books.keep` belongs to the tick (the rate group `record`); `Spare` uses the time left after it.
+`TickRecorder.keep` belongs to the tick (the rate group `record`); `SpareTime` uses the time left after it.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from onboard.drivers.storage.map_tiles import Keeper
 from onboard.journal import Announce, Level
 from onboard.record.writer import Recorder
 from onboard.records import Inputs, Outputs
-from onboard.status.report import Shell, report
+from onboard.status.report import ShellStatus, report
 
 Clock = LockStepClock | WallClock
 TRIM_NS = 10_000_000_000  # period of returning memory, while no mission runs
 
 
 @dataclass(slots=True)
-class Books:
+class TickRecorder:
     """Writer of each tick's record and map, and reporter of changed port errors.
 
     rover, lidar, recorder, keeper: sources and stores.
@@ -59,7 +59,7 @@ class Books:
         self.keeper.keep(self.rover.executive.memory)
 
 
-class Spare:
+class SpareTime:
     """User of spare time: `onboard status`, garbage collector, service manager, return of memory.
 
     It also requests the real-time options.
@@ -121,7 +121,7 @@ class Spare:
 
     def _report(self) -> bytes:
         path = self._recorder.path
-        shell = Shell(
+        shell = ShellStatus(
             clock=self._config.clock.mode,
             pid=os.getpid(),
             uptime_ns=self._clock.now_ns(),

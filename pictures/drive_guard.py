@@ -21,7 +21,7 @@ _NEAR_M = 0.12  # of the section: beams and cells this near to the middle of the
 
 
 @dataclass(frozen=True, slots=True)
-class Stopped:
+class GuardedLegEnd:
     """State of the drive guard at the end of a leg along +x.
 
     leg: the leg.
@@ -39,7 +39,7 @@ class Stopped:
 
 
 @drawn
-def guard_figure(at: Stopped, config: Config) -> Figure:
+def guard_figure(at: GuardedLegEnd, config: Config) -> Figure:
     """Above: rover, scanner, line and true ground from the side. Below: heights of the strip, tracks, hazards."""
     page = figure(PAGE_IN, 6.4)
     side, above = page.subplots(2, 1, height_ratios=[1.0, 1.25])
@@ -48,7 +48,7 @@ def guard_figure(at: Stopped, config: Config) -> Figure:
     return page
 
 
-def _side(axes: Axes, at: Stopped, config: Config) -> None:
+def _side(axes: Axes, at: GuardedLegEnd, config: Config) -> None:
     rover, x = config.rover, at.pose.x_m
     axes.fill_between(*at.ground_m.T, -0.3, color="#d9d0c3")
     axes.plot(*at.ground_m.T, color=GREY)
@@ -65,7 +65,7 @@ def _side(axes: Axes, at: Stopped, config: Config) -> None:
     axes.set_title("The line that stopped it, held at 40° down")
 
 
-def _above(axes: Axes, page: Figure, at: Stopped, config: Config) -> None:
+def _above(axes: Axes, page: Figure, at: GuardedLegEnd, config: Config) -> None:
     grid, cell_m = at.leg.watch.surface.grid, at.leg.watch.surface.grid.cell_m
     heights = classify(at.leg.watch.strip, config.mapping).z_mean
     west, south = grid.x0_m - cell_m / 2, grid.y0_m - cell_m / 2

@@ -33,7 +33,7 @@ class Scores:
 
 
 @dataclass(frozen=True, slots=True)
-class Steered:
+class WheelSteering:
     """Wheels of a rover for a turn.
 
     places_m: (4, 2) in body axes.
@@ -119,7 +119,7 @@ def search(ground: Ground, nodes: Grid, goal_m: tuple[float, float], answers: Se
 
 
 @drawn
-def steering(turns: Sequence[Steered], rates_radps: F64, rims_mps: Sequence[tuple[str, F64]]) -> Figure:
+def steering(turns: Sequence[WheelSteering], rates_radps: F64, rims_mps: Sequence[tuple[str, F64]]) -> Figure:
     """Wheels from above with their axles, and the rim speed of wheel 1 over the rate of turn."""
     made = figure(PAGE_IN, 2.9)
     *plans, chart = made.subplots(1, len(turns) + 1, width_ratios=[1.25] * len(turns) + [1])
@@ -138,7 +138,7 @@ def steering(turns: Sequence[Steered], rates_radps: F64, rims_mps: Sequence[tupl
     return made
 
 
-def _rover(axes: Axes, turn: Steered) -> None:
+def _rover(axes: Axes, turn: WheelSteering) -> None:
     """Plan view, forward upwards: map +x up, +y to the left."""
     centre = -turn.v_mps / turn.rate_radps  # across the picture: left is -x here
     for number, (place, angle) in enumerate(zip(turn.places_m, turn.angles_rad), 1):

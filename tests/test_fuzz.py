@@ -11,8 +11,8 @@ from protocol import WireError
 from protocol.generated import eldorado_dialect as dialect
 from protocol.generated.can_codec import TABLE, TiltState
 from protocol.link import bulk_wire
-from protocol.link.datagrams import DOWNLINK_KEY_ID, Kind, Sealer, bench_keys
-from protocol.link.reports import Report, State, encode_report
+from protocol.link.datagrams import DOWNLINK_KEY_ID, DatagramKind, Sealer, bench_keys
+from protocol.link.reports import Report, RequestState, encode_report
 from tests.fuzz import guided
 from tests.fuzz.__main__ import main
 from tests.fuzz.blind import feed, tries
@@ -104,15 +104,15 @@ def insider() -> tuple[Session, Sealer]:
 def test_an_angle_that_is_infinite_is_one_refused_datagram():
     session, sealer = insider()
     raw = dialect.MAVLink_attitude_message(1, 0.0, 0.0, float("inf"), 0.0, 0.0, 0.0).pack(dialect.MAVLink(None))
-    assert session.receive(sealer.seal(Kind.MAVLINK, bytes(raw)), 0) == ("mavlink", [])
+    assert session.receive(sealer.seal(DatagramKind.MAVLINK, bytes(raw)), 0) == ("mavlink", [])
 
 
 @pytest.mark.parametrize("named", [float("nan"), float("inf"), -1.0, 0.5])
 def test_a_report_that_names_no_object_brings_no_product(named):
     session, sealer = insider()
     asked = session.request("get", {"product": "ldem"}, 0)
-    report = encode_report(Report(asked, 1, 1, State.COMPLETED, 0, "", (named,)))
-    assert session.receive(sealer.seal(Kind.REPORT, report), 0)[0] == "ok"
+    report = encode_report(Report(asked, 1, 1, RequestState.COMPLETED, 0, "", (named,)))
+    assert session.receive(sealer.seal(DatagramKind.REPORT, report), 0)[0] == "ok"
     assert session.product_of(asked) is None
 
 

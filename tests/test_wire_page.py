@@ -7,8 +7,8 @@ import pytest
 
 from protocol.link import datagrams as link
 from protocol.link import direct
-from protocol.link.datagrams import KEY_UP, Kind, Sealer, bench_keys, hkdf
-from protocol.link.reports import Code, Report, State, encode_report
+from protocol.link.datagrams import KEY_UP, DatagramKind, Sealer, bench_keys, hkdf
+from protocol.link.reports import Code, Report, RequestState, encode_report
 from protocol.tables import commands
 from tools.make_dissector import TYPES
 from tools.make_docs import wire
@@ -30,7 +30,9 @@ def read(heading: str, data: bytes) -> dict[str, int | bytes]:
 
 def test_a_datagram_and_its_telecommand_read_by_the_page_are_what_was_sealed():
     asked = commands.Telecommand(9, 5, 7, "goto", {"x_m": 1.0, "y_m": 2.0})
-    datagram = Sealer(KEYS.command.key(2), 2, boot_id=3, counter=77).seal(Kind.TELECOMMAND, commands.encode(asked))
+    datagram = Sealer(KEYS.command.key(2), 2, boot_id=3, counter=77).seal(
+        DatagramKind.TELECOMMAND, commands.encode(asked)
+    )
     assert read("Datagram", datagram) == {"kind": 4, "key_id": 2, "epoch": 0, "flags": 0, "counter": 77, "boot_id": 3}
     payload = datagram[16:-16]
     assert read("Telecommand, up", payload) == {
@@ -43,7 +45,7 @@ def test_a_datagram_and_its_telecommand_read_by_the_page_are_what_was_sealed():
 
 
 def test_a_report_read_by_the_page_is_what_was_encoded():
-    payload = encode_report(Report(300, 2, 4, State.FAILED, Code.MODE, "no", (1.5,)))
+    payload = encode_report(Report(300, 2, 4, RequestState.FAILED, Code.MODE, "no", (1.5,)))
     assert read("Report, down", payload) == {
         "request_id": 300,
         "station": 2,

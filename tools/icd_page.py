@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from hil.devices.can import nodes as emulated
 from hil.devices.can.node import HEARTBEAT_NS, STOP_NS
 from onboard.bringup.can.bits import worst_bits
-from onboard.bringup.can.load import Case, Row, analyse, total
+from onboard.bringup.can.load import Case, FrameLoad, analyse, total
 from onboard.config import Can
 from onboard.devices import emergency, tilt
 from protocol.can.guard import LATE_CYCLES
@@ -244,7 +244,7 @@ def _prose(text: str) -> str:
     return " ".join(text.split())
 
 
-def _response(name: str, rows: Iterable[Row]) -> str:
+def _response(name: str, rows: Iterable[FrameLoad]) -> str:
     return next((f"{row.response_s * 1e3:.2f}" for row in rows if row.name == name), "")
 
 

@@ -19,7 +19,7 @@ from ground.gateway.orders import ROWS
 from protocol.link import bulk_wire, events, reports
 from protocol.link import datagrams as link
 from protocol.tables import commands
-from protocol.tables.arguments import Argument, Kind
+from protocol.tables.arguments import Argument, ArgumentKind
 from tools.make_dialect import KEPT, made
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -62,9 +62,9 @@ def _link() -> str:
     read = ["local READ = {", *(f"    {name} = {_layout(name)}," for name in STRUCTS), "}"]
     arguments = ["local ARGUMENTS = {", *(_arguments(row) for row in commands.TABLE if row.arguments), "}"]
     tables = [
-        _names("KINDS", {kind.value: kind.name for kind in link.Kind}),
+        _names("KINDS", {kind.value: kind.name for kind in link.DatagramKind}),
         _names("COMMANDS", {row.id: row.name for row in commands.TABLE}),
-        _names("STATES", _enum(reports.State)),
+        _names("STATES", _enum(reports.RequestState)),
         _names("CODES", _enum(reports.Code)),
         f"local TAG_BYTES, ANNOUNCEMENT = {link.TAG_BYTES}, {bulk_wire.ANNOUNCEMENT}",
         f"local DOWNLINK_KEY_ID = {link.DOWNLINK_KEY_ID}",
@@ -105,7 +105,12 @@ def _arguments(row: commands.Command) -> str:
     return f"    [{row.id}] = {{{told}}},"
 
 
-_KINDS = {Kind.NUMBER: "number", Kind.CHOICE: "choice", Kind.TEXT: "text", Kind.POINTS: "points"}
+_KINDS = {
+    ArgumentKind.NUMBER: "number",
+    ArgumentKind.CHOICE: "choice",
+    ArgumentKind.TEXT: "text",
+    ArgumentKind.POINTS: "points",
+}
 
 
 def _choices(argument: Argument) -> str:

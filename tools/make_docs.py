@@ -16,7 +16,7 @@ from hil.plant.ros_urdf import ros_urdf  # noqa: E402
 from onboard.config import Rover  # noqa: E402
 from protocol.ccsds import xtce  # noqa: E402
 from protocol.tables import commands, modes  # noqa: E402
-from protocol.tables.faults import FAULTS, Step  # noqa: E402
+from protocol.tables.faults import FAULTS, ResponseStep  # noqa: E402
 from tools import icd_page, icd_picture, licences, messages_page, sensors_page, wire_page  # noqa: E402
 
 DOCS = ROOT / "docs"
@@ -38,7 +38,7 @@ def faults() -> str:
         for row in FAULTS
     ]
     heads = ("no.", "fault", "condition", "found within", "response", "latched", "may be masked", "suppressed by")
-    steps = [(f"`{step.name}`", step.value) for step in Step]
+    steps = [(f"`{step.name}`", step.value) for step in ResponseStep]
     return _page(
         "Faults",
         "protocol/tables/faults.py",
@@ -125,7 +125,7 @@ PAGES: dict[str, Callable[[], str]] = {
 }  # fmt: skip
 
 
-def _steps(steps: Iterable[Step]) -> str:
+def _steps(steps: Iterable[ResponseStep]) -> str:
     return ", ".join(f"`{step.name}`" for step in steps)
 
 

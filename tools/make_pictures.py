@@ -100,7 +100,7 @@ def search() -> Figure:
 def steering() -> Figure:
     """A turn to the left at 0.11 m/s and 0.1 rad/s, and the rim speed of a wheel for rates up to 0.4 rad/s."""
     vehicle, rover = motion.Vehicle(), Rover(half_track_m=0.25)
-    going = motion.Going(0.11, 0.0, 0.1)
+    going = motion.BodyMotion(0.11, 0.0, 0.1)
     places = np.array(wheel_places(rover))
     angles = np.array([motion.eq_34(wheel, going, vehicle) for wheel in range(4)])
     right = np.array(wheel_angles(Twist(0.11, 0.0, 0.1), rover), dtype=float)
@@ -108,11 +108,13 @@ def steering() -> Figure:
     rims, needed = [], []
     for rate in rates:
         steer = wheel_angles(Twist(0.11, 0.0, float(rate)), rover)[0]
-        rims.append(motion.eq_37(0, motion.Going(0.11, 0.0, float(rate)), float(steer or 0.0), vehicle) * vehicle.r_m)
+        rims.append(
+            motion.eq_37(0, motion.BodyMotion(0.11, 0.0, float(rate)), float(steer or 0.0), vehicle) * vehicle.r_m
+        )
         needed.append(math.hypot(0.11 - rate * vehicle.d_m, rate * vehicle.l_m))
     turns = (
-        printed.Steered("Eq. 34 as printed", places, angles, 0.11, 0.1),
-        printed.Steered("as it flies", places, right, 0.11, 0.1),
+        printed.WheelSteering("Eq. 34 as printed", places, angles, 0.11, 0.1),
+        printed.WheelSteering("as it flies", places, right, 0.11, 0.1),
     )
     lines = (("Eq. 37 as printed", np.array(rims)), ("its hub's speed", np.array(needed)))
     return printed.steering(turns, rates, lines)

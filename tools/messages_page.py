@@ -14,7 +14,7 @@ from ground.gateway.orders import NEEDS_ENABLING, ROWS
 from ground.gateway.parameters import ids_of, read_listing
 from ground.gateway.vehicle import MESSAGES as SHOWN
 from onboard.config import Config
-from onboard.parameters import Settings, listing
+from onboard.parameters import ParameterSet, listing
 from protocol.tables.telemetry import ITEMS_SLOTS, TABLE, rate_hz
 from tools.make_dialect import FILES, KEPT, SOURCE
 
@@ -79,7 +79,7 @@ def _text(element: ET.Element | None) -> str:
 
 def gateway(table: Table) -> list[str]:
     """Sections of the page of the gateway's mapping."""
-    numbers = read_listing(listing(Settings(Config())))
+    numbers = read_listing(listing(ParameterSet(Config())))
     commands = [(str(number), f"`{mavlink.enums['MAV_CMD'][number].name}`", row.means) for number, row in ROWS.items()]
     shown = [
         (

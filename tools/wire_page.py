@@ -58,7 +58,7 @@ def sections(table: Table) -> list[str]:
         f"Head, payload, tag of {link.TAG_BYTES} B.",
         _layout("header", STRUCTS, table),
         _picture(link.__doc__, "Rule"),
-        _numbers("kind", link.Kind, table),
+        _numbers("kind", link.DatagramKind, table),
         "The key of an epoch is HKDF-SHA-256 (RFC 5869, no salt, 32 B) of the 32 B secret with the info "
         "`el dorado link ` + direction + ` ` + key id + epoch, the last two as one byte each. Direction is "
         f"`{link.KEY_UP}` or `{link.KEY_DOWN}`. Kind 1 carries MAVLink 2 messages ([messages.md](messages.md)), one "
@@ -87,7 +87,7 @@ def sections(table: Table) -> list[str]:
 
 
 def _named(name: str, table: Table) -> list[str]:
-    kinds = {"report": (("state", reports.State), ("code", reports.Code))}.get(name, ())
+    kinds = {"report": (("state", reports.RequestState), ("code", reports.Code))}.get(name, ())
     return [_numbers(what, numbers, table) for what, numbers in kinds]
 
 

@@ -26,7 +26,7 @@ class Vehicle:
 
 
 @dataclass(frozen=True, slots=True)
-class Going:
+class BodyMotion:
     """Motion of the body.
 
     v_mps: speed v_0 along its heading.
@@ -44,14 +44,14 @@ def eq_29(x_mps: float, y_mps: float, phi_rad: float) -> float:
     return x_mps * math.sin(phi_rad) - y_mps * math.cos(phi_rad)
 
 
-def offset_rates_mps(wheel: int, going: Going, vehicle: Vehicle) -> tuple[float, float]:
+def offset_rates_mps(wheel: int, going: BodyMotion, vehicle: Vehicle) -> tuple[float, float]:
     """Rates of X_i and Y_i (Eq. 31, 32), wheels 0 to 3."""
     a, b = WHEEL_SIGNS[wheel][0] * vehicle.l_m, WHEEL_SIGNS[wheel][1] * vehicle.d_m
     sine, cosine = math.sin(going.theta_rad), math.cos(going.theta_rad)
     return (-a * sine - b * cosine) * going.rate_radps, (a * cosine - b * sine) * going.rate_radps
 
 
-def eq_34(wheel: int, going: Going, vehicle: Vehicle) -> float:
+def eq_34(wheel: int, going: BodyMotion, vehicle: Vehicle) -> float:
     """Steering angle delta_i, radians. Raises ZeroDivisionError if the denominator is 0."""
     dx, dy = offset_rates_mps(wheel, going, vehicle)
     y, x = going.v_mps * math.sin(going.theta_rad) - dy, going.v_mps * math.cos(going.theta_rad) - dx
@@ -63,7 +63,7 @@ def eq_35(hub_mps: float, steer_rad: float, vehicle: Vehicle) -> float:
     return hub_mps * math.cos(steer_rad) / vehicle.r_m
 
 
-def eq_37(wheel: int, going: Going, steer_rad: float, vehicle: Vehicle) -> float:
+def eq_37(wheel: int, going: BodyMotion, steer_rad: float, vehicle: Vehicle) -> float:
     """omega_i of a wheel steered to delta_i, rad/s. Raises ZeroDivisionError if cos or sin of phi_i is 0."""
     dx, dy = offset_rates_mps(wheel, going, vehicle)
     phi = going.theta_rad + steer_rad

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ground.archive.schema import DATA, ArchiveError
-from protocol.link.transactions import State
+from protocol.link.transactions import RequestState
 from protocol.tables.modes import SEVERITIES
 
 _KINDS: dict[str, tuple[type, ...]] = {
@@ -65,7 +65,7 @@ def check_time(table: str, at_ns: Any) -> None:
 
 def check_state(state: Any) -> None:
     """Raises ArchiveError unless `state` is the name of a request state."""
-    if not isinstance(state, str) or state not in State.__members__:
+    if not isinstance(state, str) or state not in RequestState.__members__:
         raise damaged("reports", "state", state)
 
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 
-class Row(NamedTuple):
+class DatagramRow(NamedTuple):
     """One datagram.
 
     utc_ns: time of reception or of sending.
@@ -61,7 +61,7 @@ class Figures(NamedTuple):
 _UDP_IP = 28
 
 
-def figures(rows: Iterable[Row]) -> Figures:
+def figures(rows: Iterable[DatagramRow]) -> Figures:
     """Compute the statistics of datagrams in time order. A datagram that two stations received counts once."""
     seen: dict[int, set[int]] = {}
     heard_by: dict[int, dict[int, Spread]] = {}

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from ground.archive.checks import RowCheck, check_state, check_time, damaged
 from ground.archive.schema import TABLES, VERSION, ArchiveError, open_checked, told
-from protocol.link.transactions import Code, State
+from protocol.link.transactions import Code, RequestState
 
 _SILENT_NS = 3_000_000_000  # housekeeping is sent twice a second
 
@@ -210,7 +210,7 @@ def chains(db: sqlite3.Connection, span: Span = ALL) -> list[Chain]:
     found = []
     for row in rows(db, "requests", span):
         reports = heard.get((row["station"], row["request_id"]), {})
-        if any(State[state].final for (_, own), (_, state, _) in reports.items() if not own):
+        if any(RequestState[state].final for (_, own), (_, state, _) in reports.items() if not own):
             # the rover's own report replaces the station's guess
             reports = {key: report for key, report in reports.items() if not key[1]}
         found.append(

@@ -11,7 +11,7 @@ from onboard.record.reader import UNREADABLE, open_record
 from onboard.record.schema import TICK
 from onboard.toml_text import parse_toml
 from protocol import WireError
-from protocol.link.datagrams import Kind
+from protocol.link.datagrams import DatagramKind
 
 _PAYLOAD = struct.Struct("<BH")  # of channel /out/link: kind, length, then the bytes (onboard/record/schema.py)
 
@@ -37,7 +37,7 @@ def told_down(path: Path) -> tuple[int, list[Value | Event]]:
         for _, messages in record.ticks():
             now_ns = TICK.unpack_from(messages["/in/tick"])[1]
             for kind, payload in _payloads(messages.get("/out/link", b"")):
-                if kind == Kind.MAVLINK:
+                if kind == DatagramKind.MAVLINK:
                     heard += _read(receiver, payload, now_ns)
     except OSError as error:
         raise NoRecordError(f"{path}: {error.strerror}") from error

@@ -18,7 +18,7 @@ FIRST = ("datagrams", "items", "products", "events")
 _PART = 20  # rows removed at once: one twentieth of a table
 
 
-class Removed(NamedTuple):
+class RemovedRows(NamedTuple):
     """Result of `prune`.
 
     rows: number of removed rows, by table.
@@ -29,7 +29,7 @@ class Removed(NamedTuple):
     used_bytes: int
 
 
-def prune(db: sqlite3.Connection, before_utc_ns: int = 0, most_bytes: int = 0) -> Removed:
+def prune(db: sqlite3.Connection, before_utc_ns: int = 0, most_bytes: int = 0) -> RemovedRows:
     """Remove rows older than `before_utc_ns` (0: none), then the oldest until `most_bytes` are in use (0: no limit).
 
     Rows without UTC (runs in lock-step) have no age. The file keeps its size until `pack`.
@@ -46,7 +46,7 @@ def prune(db: sqlite3.Connection, before_utc_ns: int = 0, most_bytes: int = 0) -
                 break
             oldest = f"rowid in (select rowid from {table} where {may_go} order by rowid limit {left // _PART + 1})"
             gone[table] += _delete(db, table, oldest, ())
-    return Removed(gone, sizes(db)["used_bytes"])
+    return RemovedRows(gone, sizes(db)["used_bytes"])
 
 
 def keep_within(path: str, days: float, most_mb: float, now_utc_ns: int) -> int:

@@ -16,12 +16,12 @@ from typing import NamedTuple
 
 from ground.archive.schema import private
 from protocol import WireError
-from protocol.link.transactions import State
+from protocol.link.transactions import RequestState
 from protocol.tables import commands
 
 _ENDED = "its station ended before the outcome"
 _GRACE_NS = 600_000_000_000  # allows for datagrams on their way and for clock differences between computers
-_FINAL = ", ".join(f"'{state.name}'" for state in State if state.final)
+_FINAL = ", ".join(f"'{state.name}'" for state in RequestState if state.final)
 
 
 class Orphan(NamedTuple):
@@ -38,7 +38,7 @@ class Orphan(NamedTuple):
     payload: bytes
     asked_utc_ns: int
     serial: int = -1
-    state: str = State.REQUESTED.name
+    state: str = RequestState.REQUESTED.name
     text: str = ""
     boot_id: int = 0
 
@@ -48,7 +48,7 @@ def fate(orphan: Orphan, boot_id: int, utc_ns: int) -> str | None:
 
     boot_id: present boot of the rover.
     """
-    heard = orphan.state != State.REQUESTED.name
+    heard = orphan.state != RequestState.REQUESTED.name
     if heard and orphan.boot_id:
         told = f"; the rover has been restarted since (boot {boot_id}); until then: {orphan.state.lower()}"
         return _ENDED + told if boot_id > orphan.boot_id else None

@@ -35,7 +35,7 @@ class Door(NamedTuple):
     key: bytes | None = None
 
 
-class Heard(NamedTuple):
+class ClientMessage(NamedTuple):
     """Message that has passed the checks of its door.
 
     first: True if it came as MAVLink 1.
@@ -94,7 +94,7 @@ class Clients:
         client = Client(door, address, Writer(door.key), None)
         self._clients[client.key] = client
 
-    def accept(self, door: Door, address: Address, datagram: bytes, stamp: int) -> list[Heard]:
+    def accept(self, door: Door, address: Address, datagram: bytes, stamp: int) -> list[ClientMessage]:
         """Return the accepted messages of a datagram. Refused frames are counted and change nothing."""
         self._doors[door.name] = door
         heard = []
@@ -107,7 +107,7 @@ class Clients:
                 self.counts[error.kind] = self.counts.get(error.kind, 0) + 1
                 continue
             self.counts["ok"] += 1
-            heard.append(Heard(door, address, message, frames.first(frame)))
+            heard.append(ClientMessage(door, address, message, frames.first(frame)))
         return heard
 
     def marks(self) -> dict[str, int] | None:
@@ -119,7 +119,7 @@ class Clients:
         known = [marks for marks in news if marks is not None]
         return {stream: at for marks in known for stream, at in marks.items()} if known else None
 
-    def of(self, heard: Heard, now_ns: int) -> Client | None:
+    def of(self, heard: ClientMessage, now_ns: int) -> Client | None:
         """Return the sender of a message and register it if new; None, and counted, if there are too many clients."""
         key = (heard.door.name, heard.address)
         client = self._clients.get(key)

@@ -14,7 +14,7 @@ from ground.cli.operations.operate import Beside, Join, Plan, Teller, operate
 from ground.cli.verbs.screen import line_out
 from ground.cli.verbs.table import Contact, Json, StationFile
 from ground.link.session import Session
-from ground.station.settings import Settings, load_settings
+from ground.station.settings import StationSettings, load_settings
 from onboard.config import ConfigError
 
 OPEN, SIGNED = "unsigned", "signed"
@@ -36,7 +36,7 @@ def _address(text: str, option: str, *, local: bool) -> tuple[str, int]:
     return host, number
 
 
-def _origin(settings: Settings, text: str) -> tuple[float, float, float]:
+def _origin(settings: StationSettings, text: str) -> tuple[float, float, float]:
     if not text:
         return settings.origin_latitude_deg, settings.origin_longitude_deg, settings.origin_height_m
     try:
@@ -112,13 +112,13 @@ class _Ways(NamedTuple):
     key: Path | None
 
 
-def _join(settings: Settings, ways: _Ways, place: tuple[float, float, float], home_first: bool) -> Join:
+def _join(settings: StationSettings, ways: _Ways, place: tuple[float, float, float], home_first: bool) -> Join:
     """Return the context manager that opens the doors around a gateway on the operation's session."""
     # MAVLink's common set takes 0.3 s to load: only this command pays for it
     from ground.gateway.clients import Door
     from ground.gateway.gateway import Gateway
     from ground.gateway.origin import Origin
-    from ground.gateway.shell import Marks, Shell, read_signing_key
+    from ground.gateway.shell import GatewayShell, Marks, read_signing_key
     from ground.gateway.signing import Verifier
 
     try:
@@ -132,7 +132,7 @@ def _join(settings: Settings, ways: _Ways, place: tuple[float, float, float], ho
     @contextmanager
     def join(session: Session) -> Iterator[Beside]:
         gateway = Gateway(session, where, home_first=home_first)
-        with Shell(gateway, marks) as shell:
+        with GatewayShell(gateway, marks) as shell:
             door = Door(OPEN)
             if ways.unsigned is not None:
                 shell.open(door, ways.unsigned)

@@ -20,9 +20,9 @@ from typing import Any
 
 from ground.gateway.frames import mavlink as m
 from ground.gateway.missions import Asker, ClientKey, To
-from ground.gateway.orders import CANCELLED, GIVES_WAY, Answer, Asked, Known, Request, order
+from ground.gateway.orders import CANCELLED, GIVES_WAY, GatewayAnswer, MavCommand, Request, RoverState, order
 from ground.link.session import Session
-from protocol.link.transactions import Code, Report, State
+from protocol.link.transactions import Code, Report, RequestState
 from protocol.tables import commands
 
 LIFETIME_S = 60.0
@@ -51,7 +51,7 @@ class _Job:
     """
 
     client: ClientKey
-    made: Request | Answer
+    made: Request | GatewayAnswer
     ack: Ack
     same: str
     asked_by: str = ""
@@ -64,7 +64,7 @@ class Outcome:
     """Outcome of a request that had begun."""
 
     name: str
-    state: State
+    state: RequestState
     text: str
 
 
@@ -75,7 +75,7 @@ def acknowledgement(command: int, target: tuple[int, int]) -> Ack:
     )
 
 
-class Desk:
+class CommandQueue:
     """Queue of all clients' commands on one session.
 
     enabled: True after `arm`.
@@ -92,9 +92,9 @@ class Desk:
         self.texts: list[tuple[str, str]] = []
         self.wanted: list[tuple[ClientKey, str]] = []
 
-    def command(self, client: Asker, message: Any, known: Known, now_ns: int) -> list[To]:
+    def command(self, client: Asker, message: Any, known: RoverState, now_ns: int) -> list[To]:
         """Process COMMAND_LONG or COMMAND_INT."""
-        asked = Asked.of(message)
+        asked = MavCommand.of(message)
         key, same = (client.key, asked.command), repr(asked)
         ack = acknowledgement(asked.command, client.target)
         if getattr(message, "confirmation", 0) and key not in self._lines:
@@ -103,7 +103,7 @@ class Desk:
                 return [To(client.key, ack(result))]
         return self.ask(client, asked, ack, known, now_ns)
 
-    def ask(self, client: Asker, asked: Asked, ack: Ack, known: Known, now_ns: int) -> list[To]:
+    def ask(self, client: Asker, asked: MavCommand, ack: Ack, known: RoverState, now_ns: int) -> list[To]:
         """Process a command from any message; `ack` makes its acknowledgement."""
         key, same = (client.key, asked.command), repr(asked)
         line = self._lines.get(key, deque())
@@ -169,7 +169,7 @@ class Desk:
         return out
 
     def _result(self, job: _Job, now_ns: int) -> int | None:
-        if isinstance(job.made, Answer):
+        if isinstance(job.made, GatewayAnswer):
             return job.made.result
         if job.request_id is None:
             lifetime_s = LIFETIME_S if commands.command(job.made.name).moves else 0.0
@@ -183,25 +183,25 @@ class Desk:
         request = self._session.requester.requests[job.request_id]
         if request.state.final:
             return self._final(job.made.name, request.state, request.report)
-        if job.made.begun and request.state in (State.STARTED, State.PROGRESS):
+        if job.made.begun and request.state in (RequestState.STARTED, RequestState.PROGRESS):
             self._begun[job.request_id] = job.made.name
             return m.MAV_RESULT_ACCEPTED
         return None
 
-    def _final(self, name: str, state: State, report: Report | None) -> int:
-        if state is State.COMPLETED:
+    def _final(self, name: str, state: RequestState, report: Report | None) -> int:
+        if state is RequestState.COMPLETED:
             return m.MAV_RESULT_ACCEPTED
         text = report.text if report is not None else ""
         self.texts.append(("warning", f"{name} {state.name.lower()}" + (f": {text}" if text else "")))
-        if state is State.CANCELLED:
+        if state is RequestState.CANCELLED:
             return CANCELLED
-        code = report.code if report is not None and state is State.FAILED else 0
+        code = report.code if report is not None and state is RequestState.FAILED else 0
         return _CODES.get(code, m.MAV_RESULT_FAILED)
 
     def _end(self, key: tuple[ClientKey, int], job: _Job, result: int, now_ns: int) -> list[To]:
         if job.made.enables is not None and result == m.MAV_RESULT_ACCEPTED:
             self.enabled = job.made.enables
-        if isinstance(job.made, Answer):
+        if isinstance(job.made, GatewayAnswer):
             self.texts += [("warning", job.made.text)] if job.made.text else []
             self.wanted += [(job.client, name) for name in job.made.messages]
         self._ended[key] = (job.same, result, now_ns)

@@ -14,21 +14,21 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from ground.gateway.clients import Address, Client, Clients, Heard
-from ground.gateway.desk import Desk, Outcome, acknowledgement
+from ground.gateway.clients import Address, Client, ClientMessage, Clients
+from ground.gateway.desk import CommandQueue, Outcome, acknowledgement
 from ground.gateway.frames import COMPONENT_ID, SYSTEM_ID
 from ground.gateway.frames import mavlink as m
 from ground.gateway.missions import Missions, RefusedItemError, To, goal_of
-from ground.gateway.orders import Asked, Known
+from ground.gateway.orders import MavCommand, RoverState
 from ground.gateway.origin import Origin
 from ground.gateway.parameter_desk import ParameterDesk
-from ground.gateway.seen import Seen
 from ground.gateway.texts import Texts
 from ground.gateway.vehicle import MESSAGES, heartbeat, told_by
+from ground.gateway.vehicle_state import VehicleState
 from ground.link.contact import SILENT_NS, Contact
 from ground.link.news import EventHeard, Item, News
 from ground.link.session import Session
-from protocol.link.transactions import State
+from protocol.link.transactions import RequestState
 from protocol.tables.modes import Mode
 
 Handler = Callable[[Client, Any, int], Iterable[To]]
@@ -42,7 +42,7 @@ class Gateway:
     def __init__(self, session: Session, origin: Origin, *, home_first: bool = False) -> None:
         self._session, self._origin, self._home_first = session, origin, home_first
         self.clients = Clients()
-        self.desk, self.parameters = Desk(session), ParameterDesk(session)
+        self.desk, self.parameters = CommandQueue(session), ParameterDesk(session)
         self.missions = Missions(origin, home_first)
         self._outbox: list[To] = []
         self._texts, self._contact = Texts(), Contact()
@@ -53,7 +53,7 @@ class Gateway:
 
     # -- in -------------------------------------------------------------------------------------------------
 
-    def act(self, heard: Heard, now_ns: int) -> None:
+    def act(self, heard: ClientMessage, now_ns: int) -> None:
         """Execute an accepted message if it is addressed to the rover."""
         message = heard.message
         source = (message.get_srcSystem(), message.get_srcComponent())
@@ -144,7 +144,7 @@ class Gateway:
 
     def _set_mode(self, client: Client, message: Any, now_ns: int) -> Iterable[To]:
         ack = acknowledgement(m.MAV_CMD_DO_SET_MODE, client.target)
-        return self.desk.ask(client.asker, Asked.of_set_mode(message), ack, self._known(), now_ns)
+        return self.desk.ask(client.asker, MavCommand.of_set_mode(message), ack, self._known(), now_ns)
 
     def _item(self, client: Client, message: Any, now_ns: int) -> Iterable[To]:
         """Process an item of an upload, or the single goal that older programs send as an item with current = 2."""
@@ -155,15 +155,15 @@ class Gateway:
         except RefusedItemError as error:
             self._tell("warning", str(error))
             return [To(client.key, m.MAVLink_mission_ack_message(*client.target, error.result))]
-        asked = Asked(m.MAV_CMD_DO_REPOSITION, (-1.0, 0.0, 0.0, math.nan), x_m, y_m, 0.0, m.MAV_FRAME_LOCAL_ENU)
+        asked = MavCommand(m.MAV_CMD_DO_REPOSITION, (-1.0, 0.0, 0.0, math.nan), x_m, y_m, 0.0, m.MAV_FRAME_LOCAL_ENU)
         return self.desk.ask(client.asker, asked, _mission_ack(client.target), self._known(), now_ns)
 
     # -- what is known of the rover -------------------------------------------------------------------------
 
-    def _seen(self) -> Seen:
+    def _seen(self) -> VehicleState:
         items = self._session.items
         onboard_ns = max((item.onboard_ns for item in items.values()), default=0)
-        return Seen(
+        return VehicleState(
             {name: item.value for name, item in items.items()},
             onboard_ns,
             self.desk.enabled,
@@ -171,9 +171,9 @@ class Gateway:
             self.desk.stopping,
         )
 
-    def _known(self) -> Known:
+    def _known(self) -> RoverState:
         seen, missions = self._seen(), self.missions
-        return Known(
+        return RoverState(
             self._origin,
             seen.mode,
             seen.number("yaw_rad"),
@@ -197,13 +197,13 @@ class Gateway:
             self._outbox += self.desk.rover_booted(now_ns)
 
     def _end(self, outcome: Outcome) -> None:
-        good = outcome.state is State.COMPLETED
+        good = outcome.state is RequestState.COMPLETED
         words = f"{outcome.name} {outcome.state.name.lower()}" + (f": {outcome.text}" if outcome.text else "")
         self._tell("info" if good else "warning", words)
         if good and outcome.name == "mission" and self.missions.goals_m:
             self._outbox.append(self.missions.reached(len(self.missions.goals_m) - 1))
 
-    def _beat(self, seen: Seen, now_ns: int) -> None:
+    def _beat(self, seen: VehicleState, now_ns: int) -> None:
         heard_ns = self._session.heard_ns
         silent_s = self._contact.silent_s(heard_ns, now_ns)
         if silent_s is not None:

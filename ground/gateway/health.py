@@ -14,7 +14,7 @@ from protocol.tables.faults import named
 from protocol.tables.modes import TABLE as MODES
 
 if TYPE_CHECKING:
-    from ground.gateway.seen import Seen
+    from ground.gateway.vehicle_state import VehicleState
 
 _GRACE_NS = 1_000_000_000  # in which a starting rover reports no IMU_DEAD yet
 _RATES = tuple(f"rate_{n}_radps" for n in (1, 2, 3, 4))
@@ -39,13 +39,13 @@ class Device(NamedTuple):
     """
 
     bit: int
-    there: Callable[[Seen], bool]
+    there: Callable[[VehicleState], bool]
     faults: tuple[str, ...]
     means: str
     off: bool = False
 
 
-def _imu(seen: Seen) -> bool:
+def _imu(seen: VehicleState) -> bool:
     return seen.onboard_ns > _GRACE_NS
 
 
@@ -85,7 +85,7 @@ DEVICES = (
 )
 
 
-def masks(seen: Seen) -> Masks:
+def masks(seen: VehicleState) -> Masks:
     """Return the masks of devices present, enabled and healthy, from the telemetry so far."""
     told = seen.number("faults")
     if told is None:

@@ -33,7 +33,7 @@ _RELATIVE_YAW = 2
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class MavCommand:
     """Command from COMMAND_LONG or COMMAND_INT, in one form.
 
     command: MAV_CMD.
@@ -51,19 +51,19 @@ class Asked:
     frame: int = m.MAV_FRAME_GLOBAL
 
     @staticmethod
-    def of(message: Any) -> Asked:
+    def of(message: Any) -> MavCommand:
         """Build from the message. COMMAND_INT carries a place as integers: 1e-7 degrees, or 1e-4 m."""
         params = (message.param1, message.param2, message.param3, message.param4)
         if message.get_type() == "COMMAND_LONG":
-            return Asked(message.command, params, message.param5, message.param6, message.param7)
+            return MavCommand(message.command, params, message.param5, message.param6, message.param7)
         scale = 1e-7 if message.frame in _GLOBAL else 1e-4
-        return Asked(message.command, params, message.x * scale, message.y * scale, message.z, message.frame)
+        return MavCommand(message.command, params, message.x * scale, message.y * scale, message.z, message.frame)
 
     @staticmethod
-    def of_set_mode(message: Any) -> Asked:
+    def of_set_mode(message: Any) -> MavCommand:
         """Build from SET_MODE, the older message for DO_SET_MODE."""
         custom, sub = unpacked(message.custom_mode)
-        return Asked(m.MAV_CMD_DO_SET_MODE, (float(message.base_mode), float(custom), float(sub), 0.0))
+        return MavCommand(m.MAV_CMD_DO_SET_MODE, (float(message.base_mode), float(custom), float(sub), 0.0))
 
 
 class Request(NamedTuple):
@@ -82,7 +82,7 @@ class Request(NamedTuple):
     enables: bool | None = None
 
 
-class Answer(NamedTuple):
+class GatewayAnswer(NamedTuple):
     """Answer of the gateway itself.
 
     result: MAV_RESULT.
@@ -98,7 +98,7 @@ class Answer(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Known:
+class RoverState:
     """State that the rows may use.
 
     origin: of the map frame on the globe.
@@ -120,7 +120,7 @@ class Known:
     sends: tuple[str, ...] = ()
 
 
-Row = Callable[[Asked, Known], "Request | Answer"]
+Row = Callable[[MavCommand, RoverState], "Request | GatewayAnswer"]
 
 
 def place_m(frame: int, x: float, y: float, origin: Origin) -> tuple[float, float]:
@@ -146,28 +146,28 @@ _STOP = Request("stop", urgent=True)
 _RETURN = Request("return", begun=True)
 
 
-def _arm(asked: Asked, known: Known) -> Request | Answer:
+def _arm(asked: MavCommand, known: RoverState) -> Request | GatewayAnswer:
     if asked.params[0] == 0:
         force = asked.params[1] == _FORCE
         return Request("emergency_stop" if force else "stop", urgent=True, enables=False)
     if asked.params[0] != 1:
-        return Answer(m.MAV_RESULT_DENIED, "arm with 1, disarm with 0")
+        return GatewayAnswer(m.MAV_RESULT_DENIED, "arm with 1, disarm with 0")
     if known.mode is None:
-        return Answer(m.MAV_RESULT_TEMPORARILY_REJECTED, "nothing heard of the rover yet")
+        return GatewayAnswer(m.MAV_RESULT_TEMPORARILY_REJECTED, "nothing heard of the rover yet")
     if known.mode is Mode.SAFE:
         return Request("resume", enables=True)
     if known.mode in (Mode.ESTOP, Mode.BOOT):
-        return Answer(m.MAV_RESULT_TEMPORARILY_REJECTED, f"the rover is in {known.mode.name}")
-    return Answer(m.MAV_RESULT_ACCEPTED, enables=True)
+        return GatewayAnswer(m.MAV_RESULT_TEMPORARILY_REJECTED, f"the rover is in {known.mode.name}")
+    return GatewayAnswer(m.MAV_RESULT_ACCEPTED, enables=True)
 
 
-def _terminate(asked: Asked, known: Known) -> Request | Answer:
+def _terminate(asked: MavCommand, known: RoverState) -> Request | GatewayAnswer:
     if asked.params[0] < 0.5:
-        return Answer(m.MAV_RESULT_DENIED, "the latch is released by `ground reset`")
+        return GatewayAnswer(m.MAV_RESULT_DENIED, "the latch is released by `ground reset`")
     return Request("emergency_stop", urgent=True, enables=False)
 
 
-def _heading(asked: Asked, known: Known) -> dict[str, Value]:
+def _heading(asked: MavCommand, known: RoverState) -> dict[str, Value]:
     yaw_rad = asked.params[3]
     if not math.isfinite(yaw_rad):
         return {}
@@ -178,12 +178,12 @@ def _heading(asked: Asked, known: Known) -> dict[str, Value]:
     return {"heading_rad": enu_angles(0.0, 0.0, wrap_rad(yaw_rad))[2]}
 
 
-def _reposition(asked: Asked, known: Known) -> Request | Answer:
+def _reposition(asked: MavCommand, known: RoverState) -> Request | GatewayAnswer:
     x_m, y_m = place_m(asked.frame, asked.x, asked.y, known.origin)
     return Request("goto", {"x_m": x_m, "y_m": y_m, **_heading(asked, known)}, begun=True)
 
 
-def _yaw(asked: Asked, known: Known) -> Request | Answer:
+def _yaw(asked: MavCommand, known: RoverState) -> Request | GatewayAnswer:
     angle_deg, _, direction, relative = asked.params
     if relative == 1:
         if known.yaw_rad is None:
@@ -193,25 +193,25 @@ def _yaw(asked: Asked, known: Known) -> Request | Answer:
     return Request("turn", {"heading_rad": enu_angles(0.0, 0.0, wrap_rad(math.radians(angle_deg)))[2]}, begun=True)
 
 
-def _start(asked: Asked, known: Known) -> Request | Answer:
+def _start(asked: MavCommand, known: RoverState) -> Request | GatewayAnswer:
     first, last = (int(value) if math.isfinite(value) else 0 for value in asked.params[:2])
     begin = max(0, first - known.home) if first or last else known.begin
     goals_m = known.goals_m[begin : last + 1 - known.home if last > 0 else None]
     if not goals_m:
-        return Answer(m.MAV_RESULT_DENIED, "no mission item to begin with: upload a mission first")
+        return GatewayAnswer(m.MAV_RESULT_DENIED, "no mission item to begin with: upload a mission first")
     return Request("mission", goals_of(goals_m), begun=True)
 
 
-def _pause(asked: Asked, known: Known) -> Request | Answer:
+def _pause(asked: MavCommand, known: RoverState) -> Request | GatewayAnswer:
     if asked.params[0] == 0:
         return _STOP
-    return Answer(m.MAV_RESULT_DENIED, "a stop gives the goal up: start the mission or send the goal again")
+    return GatewayAnswer(m.MAV_RESULT_DENIED, "a stop gives the goal up: start the mission or send the goal again")
 
 
-def _hold(asked: Asked, known: Known) -> Request | Answer:
+def _hold(asked: MavCommand, known: RoverState) -> Request | GatewayAnswer:
     if asked.params[0] == m.MAV_GOTO_DO_HOLD:
         return _STOP
-    return Answer(m.MAV_RESULT_DENIED, "a stop gives the goal up: send the goal again")
+    return GatewayAnswer(m.MAV_RESULT_DENIED, "a stop gives the goal up: send the goal again")
 
 
 _TO_MODE = {
@@ -221,13 +221,13 @@ _TO_MODE = {
 _TO_STANDBY = {Mode.SAFE: Request("resume"), Mode.ESTOP: Request("reset")}
 
 
-def _auto_mission(known: Known) -> Request | Answer:
+def _auto_mission(known: RoverState) -> Request | GatewayAnswer:
     if not known.goals_m:
-        return Answer(m.MAV_RESULT_DENIED, "no mission item to begin with: upload a mission first")
+        return GatewayAnswer(m.MAV_RESULT_DENIED, "no mission item to begin with: upload a mission first")
     return Request("mission", goals_of(known.goals_m[known.begin :]), begun=True)
 
 
-def _mode(asked: Asked, known: Known) -> Request | Answer:
+def _mode(asked: MavCommand, known: RoverState) -> Request | GatewayAnswer:
     mode = asked_mode(*asked.params[:3])
     if mode is Auto.MISSION:
         return _auto_mission(known)
@@ -240,33 +240,33 @@ def _mode(asked: Asked, known: Known) -> Request | Answer:
     return _TO_MODE[mode]
 
 
-def _reboot(asked: Asked, known: Known) -> Request | Answer:
+def _reboot(asked: MavCommand, known: RoverState) -> Request | GatewayAnswer:
     if asked.params[0] != 1:
-        return Answer(m.MAV_RESULT_DENIED, "only the restart of the flight program (1) is mapped")
+        return GatewayAnswer(m.MAV_RESULT_DENIED, "only the restart of the flight program (1) is mapped")
     return Request("reboot", enables=False)
 
 
-def _storage(asked: Asked, known: Known) -> Request | Answer:
+def _storage(asked: MavCommand, known: RoverState) -> Request | GatewayAnswer:
     if asked.params[0] != 1:
-        return Answer(m.MAV_RESULT_DENIED, "only writing the parameters (1) is mapped")
+        return GatewayAnswer(m.MAV_RESULT_DENIED, "only writing the parameters (1) is mapped")
     return Request("param_save")
 
 
-def _message(asked: Asked, known: Known) -> Request | Answer:
+def _message(asked: MavCommand, known: RoverState) -> Request | GatewayAnswer:
     number = int(asked.params[0]) if math.isfinite(asked.params[0]) else -1
     found = m.mavlink_map.get(number)
     name = found.msgname if found is not None else str(number)
     if name not in known.sends:
-        return Answer(m.MAV_RESULT_UNSUPPORTED)
-    return Answer(m.MAV_RESULT_ACCEPTED, messages=(name,))
+        return GatewayAnswer(m.MAV_RESULT_UNSUPPORTED)
+    return GatewayAnswer(m.MAV_RESULT_ACCEPTED, messages=(name,))
 
 
-def _home(asked: Asked, known: Known) -> Request | Answer:
-    return Answer(m.MAV_RESULT_ACCEPTED, messages=("HOME_POSITION", "GPS_GLOBAL_ORIGIN"))
+def _home(asked: MavCommand, known: RoverState) -> Request | GatewayAnswer:
+    return GatewayAnswer(m.MAV_RESULT_ACCEPTED, messages=("HOME_POSITION", "GPS_GLOBAL_ORIGIN"))
 
 
-def _version(asked: Asked, known: Known) -> Request | Answer:
-    return Answer(m.MAV_RESULT_ACCEPTED, messages=("AUTOPILOT_VERSION",))
+def _version(asked: MavCommand, known: RoverState) -> Request | GatewayAnswer:
+    return GatewayAnswer(m.MAV_RESULT_ACCEPTED, messages=("AUTOPILOT_VERSION",))
 
 
 def _always(request: Request) -> Row:
@@ -309,15 +309,15 @@ NEEDS_ENABLING = ("goto", "mission", "return", "turn", "scan")
 GIVES_WAY = (*NEEDS_ENABLING, "resume", "reset")  # must not be executed after a stop that was requested later
 
 
-def order(asked: Asked, known: Known) -> Request | Answer:
+def order(asked: MavCommand, known: RoverState) -> Request | GatewayAnswer:
     """Return the request to the rover for a command, or the immediate answer."""
     mapped = ROWS.get(asked.command)
     if mapped is None:
-        return Answer(m.MAV_RESULT_UNSUPPORTED)
+        return GatewayAnswer(m.MAV_RESULT_UNSUPPORTED)
     try:
         made = mapped.row(asked, known)
     except (ValueError, OverflowError) as error:
-        return Answer(m.MAV_RESULT_DENIED, str(error))
+        return GatewayAnswer(m.MAV_RESULT_DENIED, str(error))
     if isinstance(made, Request) and made.name in NEEDS_ENABLING and not known.enabled:
-        return Answer(m.MAV_RESULT_TEMPORARILY_REJECTED, f"{made.name}: arm first")
+        return GatewayAnswer(m.MAV_RESULT_TEMPORARILY_REJECTED, f"{made.name}: arm first")
     return made

@@ -15,14 +15,14 @@ from ground.gateway.missions import Asker, ClientKey, To
 from ground.gateway.parameters import Mirror, Parameter, same, word
 from ground.link.news import EventHeard
 from ground.link.session import Session
-from protocol.link.transactions import State
+from protocol.link.transactions import RequestState
 
 _PER_TURN = 16  # values sent in one turn: all at once would overrun a client's socket
 _ALL = -2
 _MOST_WAITING = 256
 
 
-class _Wanted(NamedTuple):
+class _ParameterRequest(NamedTuple):
     """Waiting request of a client.
 
     client, target: its key, and its system and component.
@@ -46,7 +46,7 @@ class _Wanted(NamedTuple):
 class _Setting(NamedTuple):
     """One set requested from the rover."""
 
-    wanted: _Wanted
+    wanted: _ParameterRequest
     parameter: Parameter
     word: str
     request_id: int
@@ -60,8 +60,8 @@ class ParameterDesk:
         self._stale = True
         self._boot_id = 0
         self._listing: int | None = None  # the request that fills the mirror
-        self._wanted: list[_Wanted] = []  # requests that wait for the mirror
-        self._sets: deque[_Wanted] = deque()  # sets that wait for the set before them
+        self._wanted: list[_ParameterRequest] = []  # requests that wait for the mirror
+        self._sets: deque[_ParameterRequest] = deque()  # sets that wait for the set before them
         self._setting: _Setting | None = None
         self._values: deque[To] = deque()
         self.texts: list[tuple[str, str]] = []
@@ -70,11 +70,11 @@ class ParameterDesk:
         """Process one of the three messages."""
         kind = message.get_type()
         if kind == "PARAM_REQUEST_LIST":
-            wanted = _Wanted(client, target, "", _ALL)
+            wanted = _ParameterRequest(client, target, "", _ALL)
         elif kind == "PARAM_REQUEST_READ":
-            wanted = _Wanted(client, target, text_of(message, "param_id"), max(-1, message.param_index))
+            wanted = _ParameterRequest(client, target, text_of(message, "param_id"), max(-1, message.param_index))
         else:
-            wanted = _Wanted(client, target, text_of(message, "param_id"), -1, float(message.param_value))
+            wanted = _ParameterRequest(client, target, text_of(message, "param_id"), -1, float(message.param_value))
         if wanted in self._wanted or len(self._wanted) >= _MOST_WAITING:
             return
         self._wanted.append(wanted)
@@ -103,11 +103,11 @@ class ParameterDesk:
         if self._listing is None:
             return
         request = self._session.requester.requests[self._listing]
-        product = self._session.product_of(self._listing) if request.state is State.COMPLETED else None
+        product = self._session.product_of(self._listing) if request.state is RequestState.COMPLETED else None
         if product is not None:
             self._mirror.fill(product.data.decode(errors="replace"))
             self._listing, self._stale = None, False
-        elif request.state.final and request.state is not State.COMPLETED:
+        elif request.state.final and request.state is not RequestState.COMPLETED:
             text = request.report.text if request.report is not None else request.state.name.lower()
             self.texts.append(("warning", f"the parameters cannot be listed: {text}"))
             self._listing = None
@@ -133,7 +133,7 @@ class ParameterDesk:
     def _must_list(self) -> bool:
         return not len(self._mirror) or (self._stale and any(one.number == _ALL for one in self._wanted))
 
-    def _answer(self, one: _Wanted) -> None:
+    def _answer(self, one: _ParameterRequest) -> None:
         parameter = self._mirror.find(one.id, one.number)
         if parameter is None:
             self._refuse(one, m.MAV_PARAM_ERROR_DOES_NOT_EXIST)
@@ -165,7 +165,7 @@ class ParameterDesk:
         if not request.state.final:
             return
         self._setting = None
-        if request.state is State.COMPLETED:
+        if request.state is RequestState.COMPLETED:
             value = float(setting.parameter.kind(_numbers(setting.word)))
             kept = self._mirror.keep(self._mirror.find(setting.parameter.id) or setting.parameter, value)
             assert setting.wanted.value is not None and same(kept, setting.wanted.value)
@@ -178,7 +178,7 @@ class ParameterDesk:
         )
         self._answer(setting.wanted._replace(value=None))
 
-    def _refuse(self, one: _Wanted, error: int) -> None:
+    def _refuse(self, one: _ParameterRequest, error: int) -> None:
         message = m.MAVLink_param_error_message(*one.target, one.id.encode(), one.number, error)
         self._values.append(To(one.client, message))
 

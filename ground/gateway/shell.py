@@ -75,7 +75,7 @@ class Marks:
         write_safely(self._path, marks)
 
 
-class Shell:
+class GatewayShell:
     """Doors with their sockets around one gateway. Use it inside `with`. stamp: returns the signing time."""
 
     def __init__(self, gateway: Gateway, marks: Marks | None = None, stamp: Callable[[], int] = utc_stamp) -> None:

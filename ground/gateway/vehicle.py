@@ -14,7 +14,7 @@ from ground.gateway.frames import mavlink as m
 from ground.gateway.health import masks
 from ground.gateway.modes import custom_mode
 from ground.gateway.origin import e7
-from ground.gateway.seen import Seen
+from ground.gateway.vehicle_state import VehicleState
 from protocol.mavlink_frames import frd_from_flu, ned_angles, ned_from_enu
 from protocol.tables.modes import Mode
 
@@ -33,7 +33,7 @@ _CAPABILITIES = (
 _UNKNOWN_16, _MOST_32 = 65_535, 2**31 - 1
 
 
-def heartbeat(seen: Seen) -> Any:
+def heartbeat(seen: VehicleState) -> Any:
     """Make HEARTBEAT of a rover; armed: enabled at this gateway, or its wheels run."""
     mode = seen.mode
     base = m.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
@@ -47,14 +47,14 @@ def heartbeat(seen: Seen) -> Any:
     )
 
 
-def _local(seen: Seen) -> Any:
+def _local(seen: VehicleState) -> Any:
     place = seen.all("x_m", "y_m", "z_m")
     if place is None:
         return None
     return m.MAVLink_local_position_ned_message(seen.boot_ms, *ned_from_enu(*place), *_velocity(seen))
 
 
-def _velocity(seen: Seen) -> tuple[float, float, float]:
+def _velocity(seen: VehicleState) -> tuple[float, float, float]:
     known = seen.all("speed_mps", "yaw_rad")
     if known is None:
         return 0.0, 0.0, 0.0
@@ -62,12 +62,12 @@ def _velocity(seen: Seen) -> tuple[float, float, float]:
     return ned_from_enu(speed_mps * math.cos(yaw_rad), speed_mps * math.sin(yaw_rad), 0.0)
 
 
-def _heading_deg(seen: Seen) -> float | None:
+def _heading_deg(seen: VehicleState) -> float | None:
     yaw_rad = seen.number("yaw_rad")
     return None if yaw_rad is None else math.degrees(ned_angles(0.0, 0.0, yaw_rad)[2]) % 360.0
 
 
-def _global(seen: Seen) -> Any:
+def _global(seen: VehicleState) -> Any:
     place = seen.all("x_m", "y_m", "z_m")
     if place is None:
         return None
@@ -79,7 +79,7 @@ def _global(seen: Seen) -> Any:
     return m.MAVLink_global_position_int_message(seen.boot_ms, e7(lat), e7(lon), *heights, *velocity, heading)
 
 
-def _attitude(seen: Seen) -> Any:
+def _attitude(seen: VehicleState) -> Any:
     angles = seen.all("roll_rad", "pitch_rad", "yaw_rad")
     if angles is None:
         return None
@@ -87,7 +87,7 @@ def _attitude(seen: Seen) -> Any:
     return m.MAVLink_attitude_message(seen.boot_ms, *ned_angles(*angles), *frd_from_flu(0.0, 0.0, rate_radps))
 
 
-def _hud(seen: Seen) -> Any:
+def _hud(seen: VehicleState) -> Any:
     speed_mps, z_m = seen.number("speed_mps"), seen.number("z_m")
     heading_deg = _heading_deg(seen)
     if speed_mps is None or heading_deg is None or z_m is None:
@@ -96,7 +96,7 @@ def _hud(seen: Seen) -> Any:
     return m.MAVLink_vfr_hud_message(0.0, abs(speed_mps), round(heading_deg) % 360, 0, height_m, 0.0)
 
 
-def _status(seen: Seen) -> Any:
+def _status(seen: VehicleState) -> Any:
     if seen.values.get("voltage_v") is None:
         return None
     voltage_v, current_a, charge = (seen.number(n) for n in ("voltage_v", "current_a", "charge_ratio"))
@@ -121,7 +121,7 @@ def _whole(value: float, low: int, high: int) -> int:
     return round(min(max(value, low), high))
 
 
-def _home(seen: Seen) -> Any:
+def _home(seen: VehicleState) -> Any:
     origin = seen.origin
     return m.MAVLink_home_position_message(
         e7(origin.latitude_deg),
@@ -137,14 +137,14 @@ def _home(seen: Seen) -> Any:
     )
 
 
-def _origin(seen: Seen) -> Any:
+def _origin(seen: VehicleState) -> Any:
     origin = seen.origin
     return m.MAVLink_gps_global_origin_message(
         e7(origin.latitude_deg), e7(origin.longitude_deg), round(origin.height_m * 1000)
     )
 
 
-def _version(seen: Seen) -> Any:
+def _version(seen: VehicleState) -> Any:
     return m.MAVLink_autopilot_version_message(_CAPABILITIES, 0, 0, 0, 0, [0] * 8, [0] * 8, [0] * 8, 0, 0, 0)
 
 
@@ -155,7 +155,7 @@ class Shown(NamedTuple):
     items: items whose news send it; empty: only on request.
     """
 
-    make: Callable[[Seen], Any]
+    make: Callable[[VehicleState], Any]
     items: tuple[str, ...] = ()
 
 
@@ -172,7 +172,7 @@ MESSAGES: dict[str, Shown] = {
 }
 
 
-def told_by(seen: Seen, news: Iterable[str]) -> list[Any]:
+def told_by(seen: VehicleState, news: Iterable[str]) -> list[Any]:
     """Return the messages triggered by news of items, each at most once."""
     fresh = set(news)
     made = [shown.make(seen) for shown in MESSAGES.values() if fresh.intersection(shown.items)]

@@ -7,7 +7,7 @@ ends it, on the wall clock: nothing that is sent then arrives.
 from __future__ import annotations
 
 from ground.link.session import Session
-from protocol.link.transactions import State
+from protocol.link.transactions import RequestState
 
 NOT_HEARD_THERE = (
     "the rover refuses what this station sends and answers nothing: is its command key the rover's? "
@@ -33,7 +33,8 @@ class Uplink:
         own = [one for one in session.requester.requests.values() if one.own]
         self._first = item.value if self._first is None else self._first
         waits = any(
-            one.state is State.REQUESTED and one.sent > 1 and now_ns - one.made_ns >= _UNANSWERED_NS for one in own
+            one.state is RequestState.REQUESTED and one.sent > 1 and now_ns - one.made_ns >= _UNANSWERED_NS
+            for one in own
         )
         answered = any(one.report is not None for one in own)
         self._told = waits and not answered and item.value > self._first

@@ -11,7 +11,7 @@ from protocol.link.versions import Versions
 _VERSION_ITEMS = tuple(f"{name}_version" for name in Versions._fields)
 
 
-class Known:
+class LatestTelemetry:
     """Telemetry of one boot.
 
     items: newest value of each item, by onboard time.

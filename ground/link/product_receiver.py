@@ -25,7 +25,7 @@ def product_name(asked: Telecommand) -> str:
     return str(asked.arguments.get("product") or command(asked.name).sends)
 
 
-class Fetched:
+class ProductReceiver:
     """Receiver of products.
 
     products: whole ones by object id.

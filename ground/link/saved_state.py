@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 
-class Kept(NamedTuple):
+class SavedLinkState(NamedTuple):
     """Saved link state.
 
     boot_id: newest boot id of the rover; 0: none.
@@ -20,4 +20,4 @@ class Kept(NamedTuple):
     rtt_ns: int = 0
 
 
-NOTHING = Kept()
+NOTHING = SavedLinkState()

@@ -5,25 +5,25 @@
     send(now) -> datagrams: requests, bitmaps of transfers, acknowledgements of events
 
 Until the first downlink arrives the station sends only halting commands: all others carry the rover's boot id and need
-matching versions. Times are the station's clock; `FarClock` converts them to onboard time, `Known` has the telemetry,
-`Fetched` the products, `Crossing` the datagrams in flight while the rover restarts.
+matching versions. Times are the station's clock; `FarClock` converts them to onboard time, `LatestTelemetry` has the
+telemetry, `ProductReceiver` the products, `Crossing` the datagrams in flight while the rover restarts.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from ground.link.latest_telemetry import Known
+from ground.link.latest_telemetry import LatestTelemetry
 from ground.link.news import News, ReportHeard
-from ground.link.product_receiver import Fetched, product_name
+from ground.link.product_receiver import ProductReceiver, product_name
 from ground.link.restart_refusals import Crossing
 from ground.link.rover_clock import FarClock
-from ground.link.saved_state import NOTHING, Kept
+from ground.link.saved_state import NOTHING, SavedLinkState
 from ground.link.schedule import Schedule
 from protocol import WireError
 from protocol.link import bulk, transactions
 from protocol.link.contacts import Windows
-from protocol.link.datagrams import DOWNLINK_KEY_ID, Kind, LinkKeys, Opener, Sealer, payload_limit
+from protocol.link.datagrams import DOWNLINK_KEY_ID, DatagramKind, LinkKeys, Opener, Sealer, payload_limit
 from protocol.link.versions import OURS, Versions
 from protocol.tables import commands
 
@@ -42,7 +42,7 @@ class Session:
         station: int,
         *,
         up_bps: float = 256e3,
-        kept: Kept = NOTHING,
+        kept: SavedLinkState = NOTHING,
         schedule: Schedule = ALWAYS,
         utc_ns: int = 0,
     ) -> None:
@@ -63,7 +63,7 @@ class Session:
         self.requester = transactions.Requester(station)
         self.far_clock = FarClock(kept.rtt_ns)
         self._crossing = Crossing()
-        self._known = Known(self.far_clock, self._crossing)
+        self._known = LatestTelemetry(self.far_clock, self._crossing)
         self.items = self._known.items
         self.texts: list[str] = []  # messages for people; the reader clears the list
         self.asked_by = ""  # origin of a request that does not name one
@@ -71,7 +71,7 @@ class Session:
         self.keeps = True  # False: the archive cannot be written, so events are not acknowledged
         self.counts: dict[str, int] = {"ok": 0}
         self.heard_ns: int | None = None
-        self._fetched = Fetched(payload_limit(up_bps), keys.downlink, self.texts)
+        self._fetched = ProductReceiver(payload_limit(up_bps), keys.downlink, self.texts)
         self.products = self._fetched.products
         self._timed: dict[int, int] = {}  # request id -> first sending to a rover in contact; for the round trip
         self._awaited: set[int] = set()  # completed requests whose product has not arrived
@@ -88,10 +88,10 @@ class Session:
         return self._opener.boot_id
 
     @property
-    def kept(self) -> Kept:
+    def kept(self) -> SavedLinkState:
         """Link state to save across restarts of the station."""
         heard = self._opener.highest(DOWNLINK_KEY_ID)
-        return Kept(self.boot_id, self._opener.epoch, heard, self.far_clock.rtt_ns)
+        return SavedLinkState(self.boot_id, self._opener.epoch, heard, self.far_clock.rtt_ns)
 
     @property
     def mismatch(self) -> str:
@@ -172,7 +172,9 @@ class Session:
     def halted(self, request_id: int, by: str, now_ns: int) -> None:
         """Cancel an unconfirmed request because a halting command was requested after it."""
         text = f"`{commands.command(by).typed}` was asked for after it; not sent again, nothing was heard of it"
-        report = self.requester.end(request_id, transactions.State.CANCELLED, transactions.Code.NONE, text, now_ns)
+        report = self.requester.end(
+            request_id, transactions.RequestState.CANCELLED, transactions.Code.NONE, text, now_ns
+        )
         self._unsaid += self._heard([report], now_ns)
 
     def unsaid(self) -> list[News]:
@@ -205,7 +207,7 @@ class Session:
     def awaits_product(self, request_id: int) -> bool:
         """Return whether a request is completed and sends a product, arrived or not."""
         request = self.requester.requests[request_id]
-        return bool(product_name(request.telecommand)) and request.state == transactions.State.COMPLETED
+        return bool(product_name(request.telecommand)) and request.state == transactions.RequestState.COMPLETED
 
     def product_of(self, request_id: int) -> bulk.Product | None:
         """Return the product of a completed request: the object its report names, else the newest announced since."""
@@ -246,17 +248,17 @@ class Session:
         awaited = self._awaited & self.requester.requests.keys()
         for request_id in sorted(i for i in awaited if not self.product_of(i)):
             text = _LOST.format(self.boot_id, product_name(self.requester.requests[request_id].telecommand))
-            ended = transactions.State.FAILED, transactions.Code.RESTARTED
+            ended = transactions.RequestState.FAILED, transactions.Code.RESTARTED
             reports.append(self.requester.end(request_id, *ended, text, now_ns))
         self._awaited.clear()
         return self._heard(reports, now_ns)
 
-    def _dispatch(self, kind: Kind, payload: bytes, now_ns: int) -> list[News]:
-        if kind == Kind.MAVLINK:
+    def _dispatch(self, kind: DatagramKind, payload: bytes, now_ns: int) -> list[News]:
+        if kind == DatagramKind.MAVLINK:
             return self._take_telemetry(payload, now_ns)
-        if kind == Kind.REPORT:
+        if kind == DatagramKind.REPORT:
             return self._take_report(payload, now_ns)
-        if kind == Kind.BULK_CHUNK:
+        if kind == DatagramKind.BULK_CHUNK:
             return self._fetched.receive(payload, now_ns)
         raise WireError("kind", f"{kind.name} does not come down")
 
@@ -292,13 +294,16 @@ class Session:
                 if (i := commands.request_id_of(p) or 0) and self.requester.requests[i].sent == 1
             }
         sealed = [
-            self.sealer.seal_halt(p) if commands.halts(p) else self.sealer.seal(Kind.TELECOMMAND, p) for p in asked
+            self.sealer.seal_halt(p) if commands.halts(p) else self.sealer.seal(DatagramKind.TELECOMMAND, p)
+            for p in asked
         ]
         if not self.boot_id or self.only_halts:
             return sealed
         before = self.sealer.counter - sum(not commands.halts(p) for p in asked)
-        payloads = [(Kind.REPORT, p) for p in self._known.events.acknowledgements(now_ns)] if self.keeps else []
-        payloads += [(Kind.BULK_BITMAP, p) for p in self._fetched.send(now_ns)] if self.heard_ns is not None else []
+        payloads = [(DatagramKind.REPORT, p) for p in self._known.events.acknowledgements(now_ns)] if self.keeps else []
+        payloads += (
+            [(DatagramKind.BULK_BITMAP, p) for p in self._fetched.send(now_ns)] if self.heard_ns is not None else []
+        )
         sealed += [self.sealer.seal(kind, payload) for kind, payload in payloads]
         self._crossing.said(self.sealer.counter - before, now_ns)
         return sealed

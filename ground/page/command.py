@@ -11,7 +11,7 @@ import typer
 from ground.cli.verbs.options import fail
 from ground.cli.verbs.screen import line_beside, line_out
 from ground.cli.verbs.table import StationFile
-from ground.station.settings import Settings, load_settings
+from ground.station.settings import StationSettings, load_settings
 
 EXAMPLES = (
     "Examples: ground serve | ground serve --port 9000 --gdem build/sim/gdem.npz\n\n"
@@ -91,14 +91,14 @@ def serve_command(
             live.stop()
 
 
-def _folder(settings: Settings) -> Path | None:
+def _folder(settings: StationSettings) -> Path | None:
     """Return the folder for tokens; None if the station keeps nothing: the tokens end with the server then."""
     if settings.state:
         return Path(settings.state)
     return Path(settings.archive).parent if settings.archive else None
 
 
-def _beside(settings: Settings) -> Path | None:
+def _beside(settings: StationSettings) -> Path | None:
     """Return the orbiter's map of a bench's run folder, if there is one."""
     folder = _folder(settings)
     found = None if folder is None else folder.parent / "gdem.npz"

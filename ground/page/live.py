@@ -30,12 +30,12 @@ from ground.page.series import Series, Trail
 from ground.page.snapshot import EMPTY, CommandRow, EventRow, OldValue, Snapshot
 from ground.page.view import measured_ns
 from ground.station.clock import WallClock
-from ground.station.settings import Settings
+from ground.station.settings import StationSettings
 from ground.station.station import Station, StationError
 from ground.station.user import by_hand
 from onboard.config import ConfigError
 from protocol.link.bulk import Product
-from protocol.link.reports import State
+from protocol.link.reports import RequestState
 from protocol.link.transactions import Request
 from protocol.tables import commands
 
@@ -70,9 +70,9 @@ class Live:
 
     def __init__(
         self,
-        settings: Settings,
+        settings: StationSettings,
         on_product: Callable[[Product, int], None],
-        open_station: Callable[[Settings, Archive], Any] = Station,
+        open_station: Callable[[StationSettings, Archive], Any] = Station,
     ) -> None:
         self._settings, self._on_product, self._open_station = settings, on_product, open_station
         self._thread = threading.Thread(target=self._run, name="link", daemon=False)
@@ -278,7 +278,9 @@ def _aged(shot: Snapshot) -> dict[str, OldValue]:
 def _row(request_id: int, request: Request, session: Session, sent_ns: int | None) -> CommandRow:
     reports = [(at_ns, report.state) for at_ns, report in request.history]
     heard_ns = reports[0][0] if reports and request.sent else None
-    accepted_ns = next((at_ns for at_ns, state in reports if State.ACCEPTED <= state <= State.COMPLETED), None)
+    accepted_ns = next(
+        (at_ns for at_ns, state in reports if RequestState.ACCEPTED <= state <= RequestState.COMPLETED), None
+    )
     ended_ns = reports[-1][0] if reports and request.state.final else 0 if request.state.final else None
     return CommandRow(
         request_id,

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ground.archive.read import Span, chains, reading, rows
 from ground.archive.schema import ArchiveError
 from ground.page.snapshot import CommandRow, EventRow, OldValue
-from protocol.link.reports import State
+from protocol.link.reports import RequestState
 from protocol.tables.telemetry import TABLE
 from protocol.visible import visible
 
@@ -88,7 +88,7 @@ def _commands(db: sqlite3.Connection) -> tuple[CommandRow, ...]:
     for chain in chains(db, Span(last=_COMMANDS)):
         with suppress(ValueError, KeyError):
             state, text = (chain.reports[-1][1], chain.reports[-1][2]) if chain.reports else ("REQUESTED", "")
-            ended = State[state].final
+            ended = RequestState[state].final
             arguments = json.loads(chain.arguments)
             found.append(
                 CommandRow(

@@ -25,7 +25,7 @@ from ground.page import drawn, map_layers
 from ground.page.past import thinned
 from ground.page.snapshot import CommandRow, EventRow, Snapshot
 from protocol import WireError
-from protocol.link.reports import State
+from protocol.link.reports import RequestState
 from protocol.products import decode_ldem, poses_of
 from protocol.tables.telemetry import TABLE
 from protocol.visible import visible
@@ -264,8 +264,8 @@ def _command(db: sqlite3.Connection, row: RunRow, one: dict[str, Any], at_ns: in
         "at_ns <= ? order by serial",
         (row.run, one["station"], one["request_id"], at_ns),
     ).fetchall()
-    states = [(int(at), State[str(state)]) for at, state, _ in reports]
-    accepted_ns = next((at for at, state in states if State.ACCEPTED <= state <= State.COMPLETED), None)
+    states = [(int(at), RequestState[str(state)]) for at, state, _ in reports]
+    accepted_ns = next((at for at, state in states if RequestState.ACCEPTED <= state <= RequestState.COMPLETED), None)
     ended_ns = states[-1][0] if states and states[-1][1].final else None
     return CommandRow(
         one["request_id"],

@@ -40,7 +40,7 @@ class CommandRow(NamedTuple):
     """One request and how far it came. Times are the station's clock, ns; None: not (yet).
 
     text: of the newest report.
-    state: name of the newest state (`protocol.link.reports.State`).
+    state: name of the newest state (`protocol.link.reports.RequestState`).
     copies: number of transmissions.
     utc_ns: UTC of the request.
     """

@@ -29,7 +29,7 @@ RAW, TEXT = ".bin", ".txt"
 _VERTEX = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("time", "<f4")])
 
 
-class Written(NamedTuple):
+class FileContent(NamedTuple):
     """File content.
 
     data: bytes of the file.
@@ -69,8 +69,8 @@ def save(product: Product, path: Path) -> str:
     return made.holds
 
 
-def _raw(data: bytes) -> Written:
-    return Written(data, "as it was sent")
+def _raw(data: bytes) -> FileContent:
+    return FileContent(data, "as it was sent")
 
 
 def _npz(**arrays: Any) -> bytes:
@@ -79,7 +79,7 @@ def _npz(**arrays: Any) -> bytes:
     return file.getvalue()
 
 
-def _ldem(data: bytes) -> Written:
+def _ldem(data: bytes) -> FileContent:
     ldem = decode_ldem(data)
     grid, known = ldem.grid, np.isfinite(ldem.heights_m)
     low, high = (float(f(ldem.heights_m[known])) if known.any() else math.nan for f in (np.min, np.max))
@@ -88,7 +88,7 @@ def _ldem(data: bytes) -> Written:
         f"around {grid.x0_m + grid.cell_m * (grid.columns - 1) / 2:.2f}, "
         f"{grid.y0_m + grid.cell_m * (grid.rows - 1) / 2:.2f}"
     )
-    return Written(
+    return FileContent(
         _npz(**arrays),
         f"{grid.columns} x {grid.rows} cells of {grid.cell_m:g} m {where}, "
         f"{known.mean():.0%} known, {low:.2f} to {high:.2f} m high; {', '.join(arrays)}",
@@ -118,12 +118,12 @@ def ldem_arrays(data: bytes) -> dict[str, Any]:
     return tree
 
 
-def _height_std(data: bytes) -> Written:
+def _height_std(data: bytes) -> FileContent:
     grid, std_m = decode_height_std(data)
     known = np.isfinite(std_m)
     middle = f"half of them under {float(np.median(std_m[known])) * 1e3:.1f} mm" if known.any() else "none known"
     arrays = {"height_std_m": std_m, "x0_m": grid.x0_m, "y0_m": grid.y0_m, "cell_m": grid.cell_m}
-    return Written(
+    return FileContent(
         _npz(**arrays),
         f"1 sigma of the heights in {int(known.sum())} of {grid.columns} x {grid.rows} "
         f"cells of {grid.cell_m:g} m, {middle}; {', '.join(arrays)}",
@@ -161,7 +161,7 @@ def _scan_words(scan: ScanProduct, count: int) -> str:
     )
 
 
-def _scan_npz(data: bytes) -> Written:
+def _scan_npz(data: bytes) -> FileContent:
     scan = decode_scan(data)
     image = image_of(scan)
     xyz_m, found = points_map(scan, image)
@@ -176,14 +176,14 @@ def _scan_npz(data: bytes) -> Written:
         step_rad=scan.step_rad,
         **fields,
     )
-    return Written(
+    return FileContent(
         made,
         f"{_scan_words(scan, len(xyz_m))}; points_m, line, beam, {', '.join(fields)}, "
         "first_angle_rad, step_rad, T_map_base, T_base_scanner",
     )
 
 
-def _scan_ply(data: bytes) -> Written:
+def _scan_ply(data: bytes) -> FileContent:
     scan = decode_scan(data)
     xyz_m, found = points_map(scan, image_of(scan))
     rows = np.empty(len(xyz_m), _VERTEX)
@@ -194,7 +194,7 @@ def _scan_ply(data: bytes) -> Written:
         "ply\nformat binary_little_endian 1.0\ncomment one sweep in the map frame: metres, x east, y north, z up; "
         f"time: s since its first turn\nelement vertex {len(rows)}\n{named}end_header\n"
     )
-    return Written(head.encode("ascii") + rows.tobytes(), f"{_scan_words(scan, len(rows))}; x, y, z, time")
+    return FileContent(head.encode("ascii") + rows.tobytes(), f"{_scan_words(scan, len(rows))}; x, y, z, time")
 
 
 # -- decision, record ------------------------------------------------------------------------------------------
@@ -214,7 +214,7 @@ def _plain(item: Any) -> Any:
     return None if isinstance(item, float) and not math.isfinite(item) else item
 
 
-def _nsp(data: bytes) -> Written:
+def _nsp(data: bytes) -> FileContent:
     told = decode_nsp(data)
     x_m, y_m, heading_rad = told.end
     way = f"{told.rule} {told.kind} to {x_m:.2f}, {y_m:.2f}, heading {math.degrees(heading_rad):.0f} degrees"
@@ -224,10 +224,10 @@ def _nsp(data: bytes) -> Written:
         else (f"the strategy {told.strategy} scored no places")
     )
     made = json.dumps(explanation_tree(told), indent=1).encode() + b"\n"
-    return Written(made, visible(f"decision at stop {told.stop}: {way}: {told.reason}; {scored}"))
+    return FileContent(made, visible(f"decision at stop {told.stop}: {way}: {told.reason}; {scored}"))
 
 
-def _record(data: bytes) -> Written:
+def _record(data: bytes) -> FileContent:
     from mcap.exceptions import McapError
     from mcap.reader import make_reader
 
@@ -237,13 +237,13 @@ def _record(data: bytes) -> Written:
         raise WireError("product", f"the slice is no MCAP file: {error}") from error
     known = statistics.statistics if statistics is not None else None
     if known is None:
-        return Written(data, "a slice of the record without a summary")
+        return FileContent(data, "a slice of the record without a summary")
     span = f"{known.message_start_time / 1e9:.2f} s to {known.message_end_time / 1e9:.2f} s"
     told = f"{known.message_count} messages of the onboard record, {span}; `onboard record info` reads it"
-    return Written(data, told)
+    return FileContent(data, told)
 
 
-_FORMATS: dict[tuple[str, str], Callable[[bytes], Written]] = {
+_FORMATS: dict[tuple[str, str], Callable[[bytes], FileContent]] = {
     ("ldem", ".npz"): _ldem, ("scan", ".npz"): _scan_npz, ("scan", ".ply"): _scan_ply, ("nsp", ".json"): _nsp,
     ("record", "." + RECORD_CODEC): _record, ("height_std", ".npz"): _height_std,
 }  # fmt: skip

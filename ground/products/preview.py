@@ -114,7 +114,7 @@ def _standing(seen: Map) -> Map:
     return seen
 
 
-class Flown(NamedTuple):
+class PreviewSettings(NamedTuple):
     """Settings for the preview.
 
     config: the settings.
@@ -139,7 +139,7 @@ class Flown(NamedTuple):
         )
 
 
-def settings_for(seen: Map, config: Path | None, archive: Path | None) -> Flown:
+def settings_for(seen: Map, config: Path | None, archive: Path | None) -> PreviewSettings:
     """Return the rover's settings.
 
     Sources: `config`; else the defaults if the map was made with them; else the settings fetched last. Raises
@@ -155,7 +155,7 @@ def settings_for(seen: Map, config: Path | None, archive: Path | None) -> Flown:
     return default if listed is None else fetched(seen, listed) or default
 
 
-def fetched(seen: Map, listed: bytes) -> Flown | None:
+def fetched(seen: Map, listed: bytes) -> PreviewSettings | None:
     """Return the settings from the rover's list of parameters; None if it cannot be read."""
     lines = (
         line[2:].partition("  # ")[0]
@@ -179,8 +179,8 @@ def assumed_words() -> str:
     return f"assumed are the defaults of {', '.join(READ)}: `onboard --print-config` shows them"
 
 
-def _flown(seen: Map, config: Config, whose: str) -> Flown:
-    return Flown(config, whose, digest(config) == seen.poses.settings)
+def _flown(seen: Map, config: Config, whose: str) -> PreviewSettings:
+    return PreviewSettings(config, whose, digest(config) == seen.poses.settings)
 
 
 def _listed(archive: Path) -> bytes | None:

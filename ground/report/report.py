@@ -16,7 +16,7 @@ from typing import Any
 from ground.link.event_words import event_words
 from ground.report import pictures as draw
 from ground.report.page import Section, facts, numbers, page, paragraph, picture, table, verdict
-from ground.report.run_files import Contact, Run, Told, read_run
+from ground.report.run_files import Contact, RoverEvent, Run, read_run
 from ground.report.words import ALWAYS, CONTACTS, EXPECTED_REFUSAL, RIM, RULES, SIGMA, TICKS, TIME_LINE, WHEELS
 
 _TERRAINS = {"fbm": "fractal ground", "craters": "cratered ground", "real": "measured land", "flat": "flat ground"}
@@ -120,7 +120,7 @@ def _head(run: Run, title: str) -> str:
     return head + numbers([(name, shape.format(known[key])) for name, key, shape in boxes if key in known])
 
 
-def _end_words(end: Told) -> str:
+def _end_words(end: RoverEvent) -> str:
     """Return the end of a mission in words: `arrived, 1 cm off`."""
     text = event_words(end.text)
     return text if text.startswith(f"{end.name.lower()}, ") else f"{end.name.lower()}: {text}"
@@ -310,7 +310,7 @@ def _rhythm(rhythm: dict[str, Any]) -> str:
     return body
 
 
-def _events(events: Sequence[Told]) -> str:
+def _events(events: Sequence[RoverEvent]) -> str:
     rows = [
         (f"{e.time_s:.2f} s", e.severity, e.name, event_words(e.text)) for e in events if e.name not in _QUIET_EVENTS
     ]

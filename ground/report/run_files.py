@@ -62,7 +62,7 @@ class NoRunError(ValueError):
     """The folder has no record of a run, or a damaged one. One line that names the file and what to do."""
 
 
-class Told(NamedTuple):
+class RoverEvent(NamedTuple):
     """Event of the rover. name: a row of protocol.tables.modes.EVENTS."""
 
     time_s: float
@@ -109,7 +109,7 @@ class Run:
 
     folder: Path
     estimated: Track
-    events: tuple[Told, ...]
+    events: tuple[RoverEvent, ...]
     plans: tuple[tuple[float, PlanPicture], ...]
     config: dict[str, Any]
     versions: dict[str, str]
@@ -156,7 +156,7 @@ def read_run(folder: Path, with_truth: bool = True) -> Run:
     return Run(folder, *run, written_utc_s=written_s, truth=truth, ground=ground, rhythm=rhythm, **known)
 
 
-def spans_of(events: Sequence[Told], end_s: float) -> tuple[Span, ...]:
+def spans_of(events: Sequence[RoverEvent], end_s: float) -> tuple[Span, ...]:
     """Return the phases from their PHASE events; the mode change at a mission's end ends the last one."""
     spans: list[Span] = []
     start: tuple[float, str] | None = None
@@ -199,7 +199,7 @@ class _Content:
     def __init__(self) -> None:
         self.times: list[float] = []
         self.poses: list[F64] = []
-        self.events: list[Told] = []
+        self.events: list[RoverEvent] = []
         self.plans: list[tuple[float, PlanPicture]] = []
         self.attached: dict[str, bytes] = {}
         self.heard = Collector()
@@ -225,7 +225,7 @@ class _Content:
             self.plans.append((time_s, archive.from_npz(data)))
         elif topic == "/out/event":
             self.events += [
-                Told(begin_s + row["now_ns"] / 1e9, str(row["severity"]), str(row["name"]), str(row["text"]))
+                RoverEvent(begin_s + row["now_ns"] / 1e9, str(row["severity"]), str(row["name"]), str(row["text"]))
                 for row in json.loads(data)
             ]
         elif topic == "/out/link":

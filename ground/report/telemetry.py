@@ -12,7 +12,7 @@ from onboard.records import F64
 from pictures.run_time_line import Lines
 from protocol import WireError
 from protocol.generated.can_codec import TABLE
-from protocol.link.datagrams import Kind
+from protocol.link.datagrams import DatagramKind
 
 WHEELS = 4
 _STATUS = {
@@ -43,7 +43,7 @@ class Collector:
             kind, size = PAYLOAD.unpack_from(data, at)
             at += PAYLOAD.size
             self._sent.append((time_s, 8.0 * size))
-            if kind == Kind.MAVLINK:
+            if kind == DatagramKind.MAVLINK:
                 self._telemetry(time_s, data[at : at + size])
             at += size
 

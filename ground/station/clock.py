@@ -1,7 +1,7 @@
 """The station's clock: wall time, or bench time granted turn by turn by the barrier.
 
 Both clocks have the same interface. `turn(sent, wake_ns)` reports how many datagrams were sent so far and when the
-station needs the next turn; it returns that Turn, or None after the bench has ended the run.
+station needs the next turn; it returns that `ClockTurn`, or None after the bench has ended the run.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class ClockError(RuntimeError):
     """The bench cannot be reached or has closed. The text is one line."""
 
 
-class Turn(NamedTuple):
+class ClockTurn(NamedTuple):
     """One turn.
 
     now_ns: time of the station's clock.
@@ -56,13 +56,13 @@ class WallClock:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         pass
 
-    def turn(self, sent: int, wake_ns: int | None) -> Turn | None:
+    def turn(self, sent: int, wake_ns: int | None) -> ClockTurn | None:
         """Sleep until `wake_ns`, at most 5 ms."""
         now_ns = time.monotonic_ns() - self._start_ns
         until_ns = now_ns + _POLL_NS if wake_ns is None else min(wake_ns, now_ns + _POLL_NS)
         if until_ns > now_ns:
             time.sleep((until_ns - now_ns) / 1e9)
-        return Turn(time.monotonic_ns() - self._start_ns, None)
+        return ClockTurn(time.monotonic_ns() - self._start_ns, None)
 
     def finish(self, sent: int, code: int) -> None:
         """Nothing to do: no bench waits for the end."""
@@ -100,7 +100,7 @@ class LockstepClock:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self._stack.close()
 
-    def turn(self, sent: int, wake_ns: int | None) -> Turn | None:
+    def turn(self, sent: int, wake_ns: int | None) -> ClockTurn | None:
         """Answer the last tick with DONE and wait for the next; None after STOP."""
         if self._tick is not None:
             self._say(barrier.Done(self._tick.number, self._wake_tick(self._tick, wake_ns), {"up_in": sent}))
@@ -114,7 +114,7 @@ class LockstepClock:
         for channel in message.channels:
             if channel.name == "down_out":
                 self._delivered = channel.count
-        return Turn(message.now_ns, self._delivered)
+        return ClockTurn(message.now_ns, self._delivered)
 
     def finish(self, sent: int, code: int) -> None:
         """Answer the last tick and report the end of the script to the bench: "finished" is 1 + exit code."""

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ground.archive.schema import private
-from ground.link.saved_state import Kept
+from ground.link.saved_state import SavedLinkState
 from ground.station import halt_numbers
 from onboard.config import ConfigError
 from protocol.link.datagrams import WINDOW
@@ -47,7 +47,7 @@ class Block(NamedTuple):
     request_id: int
     request_end: int
     boot_id: int
-    kept: Kept = Kept()
+    kept: SavedLinkState = SavedLinkState()
 
 
 class Memory:
@@ -100,7 +100,7 @@ class Memory:
             tree["told"] = max(_told(tree), counter + 1)
             tree["halt"] = max(tree["halt"], tree["told"])
 
-    def note(self, kept: Kept) -> None:
+    def note(self, kept: SavedLinkState) -> None:
         """Store the link state; an older boot or counter than the stored one changes nothing."""
         with self._changed() as tree:
             _note_boot(tree, kept.boot_id)
@@ -174,8 +174,8 @@ def force_names(folder: Path) -> None:
         os.close(descriptor)
 
 
-def _kept(tree: Mapping[str, int]) -> Kept:
-    return Kept(tree["boot_id"], tree["epoch"], tree["heard"], tree["rtt_ns"])
+def _kept(tree: Mapping[str, int]) -> SavedLinkState:
+    return SavedLinkState(tree["boot_id"], tree["epoch"], tree["heard"], tree["rtt_ns"])
 
 
 def _told(tree: Mapping[str, int]) -> int:

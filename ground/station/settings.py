@@ -15,7 +15,7 @@ PLACES = (Path("ground.toml"), Path("build/sim/ground.toml"))
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class StationSettings:
     """Settings of one station. Relative paths are relative to the file's folder."""
 
     endpoint: str = value("tcp/127.0.0.1:7448", "zenoh locator of the link's ground side; udp/HOST:PORT: the rover")
@@ -40,7 +40,7 @@ class NoStationError(ConfigError):
     """No station file was named and none exists in the default places."""
 
 
-def load_settings(path: Path | None) -> Settings:
+def load_settings(path: Path | None) -> StationSettings:
     """Load the named file, or the first of PLACES that exists. Raises NoStationError or ConfigError, one line each."""
     if path is None:
         path = next((place for place in PLACES if place.exists()), None)
@@ -56,7 +56,7 @@ def load_settings(path: Path | None) -> Settings:
         raise NoStationError(f"{path}: {error.strerror}") from error
     except TomlError as error:
         raise ConfigError(f"{path}: not valid TOML: {error}") from error
-    settings = from_tree(Settings, tree, str(path))
+    settings = from_tree(StationSettings, tree, str(path))
     beside = {
         name: str(path.parent / text)
         for name in ("command_keys", "downlink_key", "state", "archive", "contacts")
@@ -73,7 +73,7 @@ def keys_in(path: str, direction: str = "") -> Keyring:
         raise ConfigError(str(error)) from None  # the cause could quote a secret
 
 
-def station_keys(settings: Settings) -> LinkKeys:
+def station_keys(settings: StationSettings) -> LinkKeys:
     """Return both directions' keys, from the files or from the bench's seed. Raises ConfigError."""
     if settings.downlink_key:
         if not settings.state:
@@ -94,7 +94,7 @@ def station_keys(settings: Settings) -> LinkKeys:
     return keys
 
 
-def load_schedule(settings: Settings) -> Schedule:
+def load_schedule(settings: StationSettings) -> Schedule:
     """Return the contact windows that the settings name. Raises ConfigError, one line."""
     if not settings.contacts:
         return Schedule()

@@ -10,17 +10,17 @@ from typing import Self
 from ground.archive.store import Archive, ArchiveError
 from ground.archive.unfinished_requests import fate
 from ground.link.news import EventHeard, Item, News, ProductHeard, ReportHeard
-from ground.link.saved_state import Kept
+from ground.link.saved_state import SavedLinkState
 from ground.link.schedule import Schedule
 from ground.link.session import Session
-from ground.station.clock import Turn, first_nonce
+from ground.station.clock import ClockTurn, first_nonce
 from ground.station.memory import Block, Memory
-from ground.station.settings import Settings, load_schedule, station_keys
+from ground.station.settings import StationSettings, load_schedule, station_keys
 from onboard.config import ConfigError
 from protocol import WireError
 from protocol.link import carrier
 from protocol.link.datagrams import KEY_DOWN, KEY_UP, OVERHEAD, numbers
-from protocol.link.transactions import Code, Report, State
+from protocol.link.transactions import Code, Report, RequestState
 from protocol.tables import commands
 from transport.link_end import LinkEnd, LinkEndError
 from transport.udp_end import UdpGroundEnd
@@ -41,7 +41,7 @@ class StationError(RuntimeError):
 class Station:
     """One station on the link. Use it inside `with`: an open zenoh session blocks the interpreter's exit."""
 
-    def __init__(self, settings: Settings, archive: Archive, halts_utc_ns: int | None = None) -> None:
+    def __init__(self, settings: StationSettings, archive: Archive, halts_utc_ns: int | None = None) -> None:
         """halts_utc_ns: UTC now, if all requests will halt the rover: then no unusable file of the station stops them.
 
         `without` has a line for each file that could not be used.
@@ -52,7 +52,9 @@ class Station:
         self._settings, self._archive = settings, archive
         self._memory = Memory(settings.state, settings.station)
         self._block = self._reserved(halts_utc_ns)
-        kept = self._block.kept if settings.downlink_key else Kept(self._block.boot_id)  # a bench may restart its boots
+        kept = (
+            self._block.kept if settings.downlink_key else SavedLinkState(self._block.boot_id)
+        )  # a bench may restart its boots
         self.session = Session(
             keys, settings.station, up_bps=settings.up_bps, kept=kept, schedule=self._schedule(halts_utc_ns is not None)
         )
@@ -177,7 +179,7 @@ class Station:
             found = f"nobody answered within {limit_s:g} s" if self.linked else "nobody is there"
             raise StationError(f"no link at {self._settings.endpoint}: {found}; {TO_HAVE_A_ROVER}")
 
-    def turn(self, turn: Turn) -> list[News]:
+    def turn(self, turn: ClockTurn) -> list[News]:
         """Receive the datagrams of the turn (or all that arrived) and process them in the session.
 
         Commits nothing yet.
@@ -253,10 +255,10 @@ class Station:
         news: list[News] = []
         for one in self._archive.orphans(session.station):
             words = fate(one, session.boot_id, session.utc_ns + now_ns)
-            report = Report(one.request_id, session.station, one.serial & 0xFF, State[one.state], 0, one.text)
+            report = Report(one.request_id, session.station, one.serial & 0xFF, RequestState[one.state], 0, one.text)
             if words is not None:
                 ended = report._replace(
-                    serial=one.serial + 1 & 0xFF, state=State.FAILED, code=Code.RESTARTED, text=words
+                    serial=one.serial + 1 & 0xFF, state=RequestState.FAILED, code=Code.RESTARTED, text=words
                 )
                 news.append(ReportHeard(now_ns, one.name, ended))
                 continue

@@ -31,7 +31,7 @@ NEAREST_M, FARTHEST_M, BEFORE_END_M = 2.5, 7.0, 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Kind:
+class ObstacleShape:
     """Shape of an obstacle.
 
     rise_m: change of the height
@@ -42,8 +42,10 @@ class Kind:
     along_m: float
 
 
-KINDS: Mapping[str, Kind] = MappingProxyType({"trench": Kind(-0.12, 0.30), "step": Kind(0.10, 0.60)})
-SINKS, SINKS_ASIDE_M = Kind(-0.15, 2.40), 0.05
+KINDS: Mapping[str, ObstacleShape] = MappingProxyType(
+    {"trench": ObstacleShape(-0.12, 0.30), "step": ObstacleShape(0.10, 0.60)}
+)
+SINKS, SINKS_ASIDE_M = ObstacleShape(-0.15, 2.40), 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +56,7 @@ class Obstacle:
     yaw_rad: direction of the route that crosses it
     """
 
-    kind: Kind
+    kind: ObstacleShape
     x_m: float
     y_m: float
     yaw_rad: float
@@ -78,7 +80,7 @@ class Obstacle:
         return field.soil_z + np.float32(self.kind.rise_m) * self.holds(x[None, :], y[:, None])
 
 
-def across(kind: Kind, way_m: F64, seed: int) -> Obstacle | None:
+def across(kind: ObstacleShape, way_m: F64, seed: int) -> Obstacle | None:
     """Obstacle across a route (k, 2) at a place given by `seed`; None if the route is too short."""
     steps = np.diff(way_m, axis=0)
     lengths = each.hypot(*steps.T)

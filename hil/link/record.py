@@ -13,7 +13,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from hil.link.impairment import OVERHEAD_BYTES, Counts, Impairment
-from protocol.link.datagrams import Kind
+from protocol.link.datagrams import DatagramKind
 from protocol.link.direct import Word
 
 HEAD = "time_s,direction,number,bytes,kind,fate,arrives_s\n"
@@ -24,7 +24,7 @@ class Recorder:
     """Writer of the file. Use it inside `with`. Raises OSError if the file cannot be written."""
 
     def __init__(self, path: Path) -> None:
-        self._kinds = {int(kind): kind.name for kind in (*Kind, *Word)}
+        self._kinds = {int(kind): kind.name for kind in (*DatagramKind, *Word)}
         self._file = path.open("w")
         self._numbers: dict[str, int] = {}
         self._file.write(HEAD)

@@ -24,12 +24,12 @@ _BUFFER_BYTES = 1 << 20
 Address = tuple[str, int]
 
 
-class _Addressed(bytes):
+class _AddressedDatagram(bytes):
     """Datagram with its sender or receiver on the ground's side."""
 
     ground: Address
 
-    def __new__(cls, data: bytes, ground: Address) -> _Addressed:
+    def __new__(cls, data: bytes, ground: Address) -> _AddressedDatagram:
         made = super().__new__(cls, data)
         made.ground = ground
         return made
@@ -66,17 +66,17 @@ class UdpRelay:
         for datagram, sender in _received(self._to_ground):
             if sender not in self._to_rover:
                 self._open(sender)
-            self._offer("up", self.up, _Addressed(datagram, sender), now_ns)
+            self._offer("up", self.up, _AddressedDatagram(datagram, sender), now_ns)
         for ground, mine in self._to_rover.items():
             for datagram, _ in _received(mine):
-                self._offer("down", self.down, _Addressed(datagram, ground), now_ns)
+                self._offer("down", self.down, _AddressedDatagram(datagram, ground), now_ns)
         for addressed in self.up.due(now_ns):
-            assert isinstance(addressed, _Addressed)
+            assert isinstance(addressed, _AddressedDatagram)
             if addressed.ground in self._to_rover:
                 with suppress(ConnectionError):  # no receiver at the moment
                     self._to_rover[addressed.ground].send(addressed)
         for addressed in self.down.due(now_ns):
-            assert isinstance(addressed, _Addressed)
+            assert isinstance(addressed, _AddressedDatagram)
             self._to_ground.sendto(addressed, addressed.ground)
 
     def _open(self, ground: Address) -> None:
@@ -85,7 +85,7 @@ class UdpRelay:
         self._to_rover[ground] = _socket()
         self._to_rover[ground].connect(self._rover)  # accept datagrams only from the rover
 
-    def _offer(self, name: str, model: Impairment, datagram: _Addressed, now_ns: int) -> None:
+    def _offer(self, name: str, model: Impairment, datagram: _AddressedDatagram, now_ns: int) -> None:
         fate = model.offer(datagram, now_ns)
         if self._recorder is not None:
             self._recorder.note(name, datagram, now_ns, fate, model.arrivals_ns)

@@ -32,7 +32,7 @@ WIRE_LIMIT_S = 30.0  # wall time limit for bytes that onboard reports as sent
 
 
 @dataclass(frozen=True, slots=True)
-class Joined:
+class BenchConnections:
     """Connections of a bench.
 
     hub: its CAN bus
@@ -47,7 +47,7 @@ class Bench(World):
     """World behind real sockets. Open the ports, start the processes, then call `gather` and `step`."""
 
     def __init__(
-        self, ground: Field, seed: int, rover: Rover, truth: Truth, joined: Joined, soil: str = "nominal"
+        self, ground: Field, seed: int, rover: Rover, truth: Truth, joined: BenchConnections, soil: str = "nominal"
     ) -> None:
         super().__init__(ground, seed, rover, truth, soil=soil)
         self._alive = joined.alive

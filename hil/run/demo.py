@@ -36,7 +36,7 @@ _PACKAGES = ("numpy", "scipy", "pybullet", "small-gicp", "filterpy", "python-can
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class RecordFigures:
     """Figures that the flight program reported in its record.
 
     outcome: end of the last mission, see `outcome`
@@ -55,7 +55,7 @@ class Told:
     events: tuple[Event, ...]
 
 
-def told(record: Path) -> Told:
+def told(record: Path) -> RecordFigures:
     """Read outcome, scans, decisions and events from a record."""
     scans, decisions, global_paths = 0, [], []
     events: list[Event] = []
@@ -73,7 +73,7 @@ def told(record: Path) -> Told:
         config = next(a.data.decode() for a in reader.iter_attachments() if a.name == "config.toml")
     strategy = next(line.split('"')[1] for line in config.splitlines() if line.startswith("strategy ="))
     end = outcome((event.name, event.text) for event in events)
-    return Told(end, scans, replans(global_paths), strategy, tuple(decisions), tuple(events))
+    return RecordFigures(end, scans, replans(global_paths), strategy, tuple(decisions), tuple(events))
 
 
 def outcome(events: Iterable[tuple[str, str]]) -> str:

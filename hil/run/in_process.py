@@ -27,7 +27,7 @@ from hil.scenarios.model import Scenario, fitting_of, flight_settings, goal_word
 from hil.terrain.field import Field
 from hil.world.contacts import Contact
 from hil.world.equipment import equipment
-from hil.world.operator import Operator, Order, orders_of
+from hil.world.operator import Operator, TimedCommand, orders_of
 from hil.world.truth import Truth
 from hil.world.world import NS, World
 from onboard.config import Config, load
@@ -48,9 +48,9 @@ from onboard.records import (
     PortState,
     RecordStatus,
 )
-from onboard.records.status import Save, Saved
+from onboard.records.status import Save, SaveResult
 from protocol.conventions import TICK_NS
-from protocol.link.transactions import Request, State
+from protocol.link.transactions import Request, RequestState
 
 Observe = Callable[[int, Inputs, Outputs, Rover, PlantState], None]
 GOTO_S = 2.0
@@ -91,7 +91,7 @@ class Flight:
     @property
     def arrived(self) -> bool:
         """True if the rover reports every command completed, and one of them is goto."""
-        done = all(request.state is State.COMPLETED for request in self.requests)
+        done = all(request.state is RequestState.COMPLETED for request in self.requests)
         return done and any(request.telecommand.name == "goto" for request in self.requests)
 
 
@@ -108,7 +108,7 @@ class InMemory(World):
     def __init__(
         self,
         scenario: Scenario,
-        orders: Sequence[Order] | None = None,
+        orders: Sequence[TimedCommand] | None = None,
         *,
         ground: Field | None = None,
         step_ns: int = STEP_NS,
@@ -189,9 +189,9 @@ class InMemory(World):
         edges_s = self.scenario.blackout_s
         return any(begin_s <= now_ns / NS < end_s for begin_s, end_s in zip(edges_s[::2], edges_s[1::2]))
 
-    def _kept(self) -> tuple[Saved, ...]:
+    def _kept(self) -> tuple[SaveResult, ...]:
         """Report all saves of state as done; they are not stored."""
-        saved, self._saves = tuple(Saved(save.name) for save in self._saves), ()
+        saved, self._saves = tuple(SaveResult(save.name) for save in self._saves), ()
         return saved
 
     def _can_status(self) -> BusStatus:
@@ -266,15 +266,15 @@ class InMemory(World):
         """Nothing to do: `kill` has already removed the flight program."""
 
 
-def scripted(scenario: Scenario, ground: Field) -> tuple[Order, ...]:
+def scripted(scenario: Scenario, ground: Field) -> tuple[TimedCommand, ...]:
     """Timed commands of the scenario's script; its waits and file requests are ignored here."""
     return orders_of(script_of(scenario, ground))
 
 
-def goto(ground: Field, at_s: float = GOTO_S) -> tuple[Order, ...]:
+def goto(ground: Field, at_s: float = GOTO_S) -> tuple[TimedCommand, ...]:
     """Command to drive to the field's goal."""
     x_m, y_m = (float(word) for word in goal_words(ground).values())
-    return (Order(at_s, "goto", {"x_m": x_m, "y_m": y_m}),)
+    return (TimedCommand(at_s, "goto", {"x_m": x_m, "y_m": y_m}),)
 
 
 def _recorder(config: Config, bench: World, path: Path) -> Recorder:

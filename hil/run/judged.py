@@ -15,7 +15,7 @@ from pathlib import Path
 from hil.run.in_process import CAMPAIGN_STEP_NS, InMemory
 from hil.scenarios.answers import Watcher
 from hil.scenarios.model import Scenario
-from hil.scenarios.verdicts import Expect, Facts, Seen, Verdict, judge
+from hil.scenarios.verdicts import Expect, Facts, FirstDifference, Verdict, judge
 from hil.world.trace import Trace, first_difference
 from onboard.native import linear
 from protocol.conventions import TICK_NS
@@ -25,7 +25,7 @@ SETTLE_S = 2.0  # the rover reports its arrival while its wheels still slow down
 
 
 @dataclass(frozen=True, slots=True)
-class Flown:
+class FlightResult:
     """Result of a run.
 
     facts: facts for the verdicts
@@ -67,7 +67,7 @@ class Twins:
         self._kept.clear()
 
 
-def fly(scenario: Scenario, twins: Twins, step_ns: int = CAMPAIGN_STEP_NS, record: Path | None = None) -> Flown:
+def fly(scenario: Scenario, twins: Twins, step_ns: int = CAMPAIGN_STEP_NS, record: Path | None = None) -> FlightResult:
     """Run a scenario to its end and judge it. record: path of the flight program's record, None for no record."""
     bench = InMemory(scenario, step_ns=step_ns, record=record)
     watcher = Watcher(scenario.expect.detects)
@@ -76,16 +76,18 @@ def fly(scenario: Scenario, twins: Twins, step_ns: int = CAMPAIGN_STEP_NS, recor
     seen = tuple(_seen(k, scenario, bench.trace, flight.faults, twins) for k in range(len(scenario.faults)))
     answers = watcher.answers(seen[0].t_s if seen else -1.0)
     facts = Facts(flight.distance_to_goal_m, speed_mps, flight.events, flight.contacts, flight.error, seen, answers)
-    return Flown(facts, judge(scenario.expect, facts), flight.bench_s, flight.way_m, flight.sweeps)
+    return FlightResult(facts, judge(scenario.expect, facts), flight.bench_s, flight.way_m, flight.sweeps)
 
 
-def _seen(k: int, scenario: Scenario, trace: Trace, log: Sequence[Mapping[str, object]], twins: Twins) -> Seen:
+def _seen(
+    k: int, scenario: Scenario, trace: Trace, log: Sequence[Mapping[str, object]], twins: Twins
+) -> FirstDifference:
     """Time at which fault k showed, against a twin without it."""
     fault = scenario.faults[k]
     begun = next((row for row in log if (row["fault"], row["target"]) == (fault.fault, fault.target)), None)
     if begun is None:
-        return Seen(fault.fault, -1.0, -1.0, "")
+        return FirstDifference(fault.fault, -1.0, -1.0, "")
     begun_s = float(str(begun["t_s"]))
     others = replace(scenario, faults=scenario.faults[:k] + scenario.faults[k + 1 :])
     found = first_difference(trace, twins.until(others, begun_s + scenario.expect.seen_within_s))
-    return Seen(fault.fault, begun_s, *(found or (-1.0, "")))
+    return FirstDifference(fault.fault, begun_s, *(found or (-1.0, "")))

@@ -15,13 +15,13 @@ from hil.devices.can.socket import CanSocket
 from hil.faults.injection import Injector
 from hil.link.impairment import PROFILES
 from hil.plant.plant import PlantAbortError
-from hil.run.bench import Bench, Joined
+from hil.run.bench import Bench, BenchConnections
 from hil.run.folder import KEPT, check, cleared
 from hil.run.lockstep import ParticipantLostError
 from hil.run.processes import ProcessDiedError, Processes, free_ports
 from hil.scenarios.model import Scenario, fitting_of, flight_settings, ground_of, paths_in, script_of, set_words
 from hil.terrain import field_file
-from hil.terrain.fields import Accepted
+from hil.terrain.fields import AcceptedField
 from hil.world.contacts import Contact
 from hil.world.equipment import equipment
 from hil.world.truth import Truth
@@ -61,7 +61,7 @@ class RunResult:
     """
 
     folder: Path
-    accepted: Accepted
+    accepted: AcceptedField
     bench_s: float
     wall_s: float
     distance_to_goal_m: float
@@ -105,7 +105,7 @@ def run(
     (folder / "script.txt").write_text(script_of(scenario, accepted.field))
     truth = Truth(folder / "truth.mcap")
     with Processes(folder) as processes, ExitStack() as interrupted:
-        joined = Joined(CanHub() if scenario.can == "hub" else CanSocket(scenario.can), processes.check)
+        joined = BenchConnections(CanHub() if scenario.can == "hub" else CanSocket(scenario.can), processes.check)
         config = load(None, flight_settings(scenario, accepted.field.start))
         bench = Bench(accepted.field, scenario.seed, load().rover, truth, joined, scenario.soil)
         interrupted.callback(bench.close, "the run was interrupted")

@@ -17,10 +17,10 @@ from itertools import zip_longest
 from hil.records import PlantState
 from hil.run.in_process import Rover
 from hil.scenarios.evidence import AT_ONCE, COUNTS_WHEN, SHOWS, VIOLATES, Sight
-from hil.scenarios.verdicts import Answer, row_of
+from hil.scenarios.verdicts import FaultResponse, row_of
 from onboard.records import Inputs, Outputs
 from protocol.conventions import TICK_NS
-from protocol.tables.faults import BY_NAME, Step
+from protocol.tables.faults import BY_NAME, ResponseStep
 
 
 class Spans:
@@ -77,7 +77,7 @@ class Watcher:
         for step, spans in self._steps.items():
             spans.note(tick, SHOWS[step](sight))
 
-    def answers(self, traced_s: float) -> tuple[Answer, ...]:
+    def answers(self, traced_s: float) -> tuple[FaultResponse, ...]:
         """Answer for each row.
 
         traced_s: time of the first difference that the injection makes; below 0 if there is none.
@@ -91,17 +91,18 @@ class Watcher:
             return self._since.get(row)
         return self._states[row].held(traced) if traced is not None and row in self._states else traced
 
-    def _answer(self, row: str, since: int | None) -> Answer:
-        response = tuple(step for step in BY_NAME[row].response if step is not Step.SAFE_OVER_LIMIT)
+    def _answer(self, row: str, since: int | None) -> FaultResponse:
+        response = tuple(step for step in BY_NAME[row].response if step is not ResponseStep.SAFE_OVER_LIMIT)
         raised = None if since is None else self._active[row].began(since)
         if since is None or raised is None:
-            return Answer(row, _seconds(since), -1.0, -1.0, response)
+            return FaultResponse(row, _seconds(since), -1.0, -1.0, response)
         taken = {
-            step: (self._told[row] if step is Step.REPORT else self._steps[step]).held(raised) for step in response
+            step: (self._told[row] if step is ResponseStep.REPORT else self._steps[step]).held(raised)
+            for step in response
         }
         missing = tuple(step for step, tick in taken.items() if tick is None)
         at_once = [tick for step, tick in taken.items() if tick is not None and step in AT_ONCE]
-        return Answer(row, _seconds(since), _seconds(raised), _seconds(max([raised, *at_once])), missing)
+        return FaultResponse(row, _seconds(since), _seconds(raised), _seconds(max([raised, *at_once])), missing)
 
 
 def _seconds(tick: int | None) -> float:

@@ -17,12 +17,12 @@ from onboard.native import elementary, linear
 from onboard.planning.fences import entered
 from onboard.planning.mission_rule import RECORD_STOPS
 from onboard.planning.plan_records import PlanResult
-from onboard.records import Inputs, Keeps, Outputs, Pose
+from onboard.records import Inputs, Outputs, Pose, RecordedParts
 from protocol.generated import eldorado_dialect
 from protocol.generated.can_codec import TABLE, TiltMode
-from protocol.link.datagrams import Kind
+from protocol.link.datagrams import DatagramKind
 from protocol.tables.commands import decode
-from protocol.tables.faults import Step
+from protocol.tables.faults import ResponseStep
 from protocol.tables.modes import Mode, Phase
 
 WHEEL_COMMANDS, TILT_COMMAND = (0x101, 0x102, 0x103, 0x104), 0x120
@@ -77,10 +77,10 @@ class Sight:
                 self.tilt_mode = TiltMode(TABLE[can_id].decode(data).mode)
         self._follow_jobs(inputs, outputs)
         self.halted = any(
-            m.accepted and m.kind == Kind.TELECOMMAND and decode(m.payload).name in HALTING
+            m.accepted and m.kind == DatagramKind.TELECOMMAND and decode(m.payload).name in HALTING
             for m in inputs.link_messages
         )
-        if any(kind == Kind.MAVLINK and ROVER_STATE in _messages(data) for kind, data in outputs.link_payloads):
+        if any(kind == DatagramKind.MAVLINK and ROVER_STATE in _messages(data) for kind, data in outputs.link_payloads):
             self.told_ns = self.now_ns
         self._turns_radps.append(rover.localisation.yaw_rate_radps)
         dropped = rover.nodes.bad_frames + rover.lidar.bad
@@ -146,31 +146,41 @@ def _knows_anew(sight: Sight) -> bool:
     return in_time and known and abs(sight.turns_radps) < STILL_RADPS
 
 
-SHOWS: Mapping[Step, Callable[[Sight], bool]] = MappingProxyType({
-    Step.STOP: lambda s: len(s.rates_radps) == 4 and not any(s.rates_radps.values()),
-    Step.DISCARD_SWEEP: lambda s: s.phase is Phase.SCANNING and s.tilt_mode is TiltMode.PARK,
-    Step.BACK_OFF: lambda s: s.phase is Phase.BACKING_OFF,
-    Step.LOOK: lambda s: s.phase in (Phase.BACKING_OFF, Phase.SCANNING),
-    Step.RESCAN: lambda s: s.phase in (Phase.BACKING_OFF, Phase.SCANNING),
-    Step.SLOW: _slow,
-    Step.DEGRADE: lambda s: s.rover.wheels != SOUND or s.mode is Mode.SAFE,
-    Step.SAFE: lambda s: s.mode is Mode.SAFE,
-    Step.STANDBY: lambda s: s.mode is Mode.STANDBY,
-    Step.ESTOP: lambda s: s.mode is Mode.ESTOP,
-    Step.RESTART_BUS: lambda s: s.outputs.can_connect,
-    Step.IGNORE: lambda s: s.dropped > 0,
-    Step.KEEP_LESS: lambda s: s.keeps is not Keeps.ALL,
-    Step.SHED: lambda s: s.now_ns - s.told_ns > QUIET_NS,
-    Step.OBEY: lambda s: s.mode in (Mode.STANDBY, Mode.SAFE, Mode.ESTOP) and not any(s.rates_radps.values()),
-    Step.COMMIT: lambda s: s.rule not in ("", "R10"),
-    Step.GIVE_UP: lambda s: s.phase is Phase.FAILED,
-    Step.ESTIMATE_ANEW: _knows_anew,
+SHOWS: Mapping[ResponseStep, Callable[[Sight], bool]] = MappingProxyType({
+    ResponseStep.STOP: lambda s: len(s.rates_radps) == 4 and not any(s.rates_radps.values()),
+    ResponseStep.DISCARD_SWEEP: lambda s: s.phase is Phase.SCANNING and s.tilt_mode is TiltMode.PARK,
+    ResponseStep.BACK_OFF: lambda s: s.phase is Phase.BACKING_OFF,
+    ResponseStep.LOOK: lambda s: s.phase in (Phase.BACKING_OFF, Phase.SCANNING),
+    ResponseStep.RESCAN: lambda s: s.phase in (Phase.BACKING_OFF, Phase.SCANNING),
+    ResponseStep.SLOW: _slow,
+    ResponseStep.DEGRADE: lambda s: s.rover.wheels != SOUND or s.mode is Mode.SAFE,
+    ResponseStep.SAFE: lambda s: s.mode is Mode.SAFE,
+    ResponseStep.STANDBY: lambda s: s.mode is Mode.STANDBY,
+    ResponseStep.ESTOP: lambda s: s.mode is Mode.ESTOP,
+    ResponseStep.RESTART_BUS: lambda s: s.outputs.can_connect,
+    ResponseStep.IGNORE: lambda s: s.dropped > 0,
+    ResponseStep.KEEP_LESS: lambda s: s.keeps is not RecordedParts.ALL,
+    ResponseStep.SHED: lambda s: s.now_ns - s.told_ns > QUIET_NS,
+    ResponseStep.OBEY: lambda s: s.mode in (Mode.STANDBY, Mode.SAFE, Mode.ESTOP) and not any(s.rates_radps.values()),
+    ResponseStep.COMMIT: lambda s: s.rule not in ("", "R10"),
+    ResponseStep.GIVE_UP: lambda s: s.phase is Phase.FAILED,
+    ResponseStep.ESTIMATE_ANEW: _knows_anew,
 })  # fmt: skip
 """REPORT is seen by its event. SAFE_OVER_LIMIT is not here: it follows only where the tries are used up, and then the
 scenario says so: `mode = "SAFE"`."""
 
 AT_ONCE = frozenset(
-    {Step.STOP, Step.SLOW, Step.SAFE, Step.ESTOP, Step.RESTART_BUS, Step.IGNORE, Step.REPORT, Step.OBEY, Step.GIVE_UP}
+    {
+        ResponseStep.STOP,
+        ResponseStep.SLOW,
+        ResponseStep.SAFE,
+        ResponseStep.ESTOP,
+        ResponseStep.RESTART_BUS,
+        ResponseStep.IGNORE,
+        ResponseStep.REPORT,
+        ResponseStep.OBEY,
+        ResponseStep.GIVE_UP,
+    }
 )
 """Steps that the tick's outputs hold; the others take their time, and must come before the run ends."""
 

@@ -20,7 +20,7 @@ from hil.plant.soil import CLASSES
 from hil.scenarios.verdicts import Expect, expect_of
 from hil.terrain import field_file
 from hil.terrain.field import Field, inside
-from hil.terrain.fields import Accepted
+from hil.terrain.fields import AcceptedField
 from hil.terrain.grounds import GROUNDS
 from hil.world.fitting import Fitting
 from onboard.config import ConfigError, Lidar, from_tree, load, value
@@ -194,13 +194,15 @@ def scenario_of(tree: Mapping[str, Any]) -> Scenario:
     return scenario
 
 
-def ground_of(scenario: Scenario) -> Accepted:
+def ground_of(scenario: Scenario) -> AcceptedField:
     """Field of a scenario. Raises ConfigError for a file without a field, or a start or goal outside the ground."""
     if scenario.terrain in GROUNDS:
         found = GROUNDS[scenario.terrain](scenario.seed)
     else:
         try:
-            found = Accepted(field_file.from_npz(Path(scenario.terrain).read_bytes(), scenario.seed), scenario.seed, ())
+            found = AcceptedField(
+                field_file.from_npz(Path(scenario.terrain).read_bytes(), scenario.seed), scenario.seed, ()
+            )
         except (OSError, ValueError) as error:
             raise ConfigError(f"{scenario.terrain}: no field: {error}") from None
     ground = found.field

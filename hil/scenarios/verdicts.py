@@ -19,7 +19,7 @@ from hil.world.contacts import Contact, line
 from onboard.config import ConfigError, from_tree, value
 from onboard.records import Event
 from onboard.toml_text import shown
-from protocol.tables.faults import BY_NAME, Step
+from protocol.tables.faults import BY_NAME, ResponseStep
 from protocol.tables.modes import Mode
 
 ENDS = ("goal", "stopped", "anyhow")
@@ -48,7 +48,7 @@ class Expect:
     detects: tuple[str, ...] = ()
 
 
-class Seen(NamedTuple):
+class FirstDifference(NamedTuple):
     """First difference that an injection made against the run without it.
 
     fault: name of the injection
@@ -63,7 +63,7 @@ class Seen(NamedTuple):
     channel: str
 
 
-class Answer(NamedTuple):
+class FaultResponse(NamedTuple):
     """Response to one row; bench times, -1 if there is none.
 
     row: row of the fault table
@@ -77,7 +77,7 @@ class Answer(NamedTuple):
     since_s: float
     raised_s: float
     answered_s: float
-    missing: tuple[Step, ...]
+    missing: tuple[ResponseStep, ...]
 
     @property
     def in_time(self) -> bool:
@@ -104,8 +104,8 @@ class Facts:
     events: Sequence[Event]
     contacts: Sequence[Contact]
     error: str = ""
-    seen: Sequence[Seen] | None = None
-    answers: Sequence[Answer] | None = None
+    seen: Sequence[FirstDifference] | None = None
+    answers: Sequence[FaultResponse] | None = None
 
     @property
     def mode(self) -> str:
@@ -194,7 +194,7 @@ def _ends(expect: Expect, facts: Facts) -> Verdict:
     return Verdict(f"ends {expect.ends}", stands or expect.ends == "anyhow", found)
 
 
-def _answered(answer: Answer) -> Verdict:
+def _answered(answer: FaultResponse) -> Verdict:
     row = BY_NAME[answer.row]
     steps = ", ".join(step.name for step in row.response)
     if answer.since_s < 0.0:

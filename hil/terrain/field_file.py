@@ -12,13 +12,13 @@ import numpy as np
 
 from hil.terrain.field import Field, field_stats, truth_height
 from hil.terrain.mesh import block_mean
-from onboard.maps.npz_arrays import NUMBER, Wanted, read_arrays
+from onboard.maps.npz_arrays import NUMBER, ArraySpec, read_arrays
 from onboard.records import F64, Gdem, Grid, Pose
 
 GDEM_CELL_M = 2.0
 _KEYS = {
-    "truth_heights_m": Wanted("iuf", 2, 20_000, 1 << 28), "start": Wanted("iuf", 1, 3, 64),
-    "goal": Wanted("iuf", 1, 2, 64), **dict.fromkeys(("x0_m", "y0_m", "cell_m"), NUMBER),
+    "truth_heights_m": ArraySpec("iuf", 2, 20_000, 1 << 28), "start": ArraySpec("iuf", 1, 3, 64),
+    "goal": ArraySpec("iuf", 1, 2, 64), **dict.fromkeys(("x0_m", "y0_m", "cell_m"), NUMBER),
 }  # fmt: skip
 
 

@@ -40,7 +40,7 @@ NEAR_M = 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class Accepted:
+class AcceptedField:
     """Accepted field.
 
     field: the field
@@ -53,24 +53,24 @@ class Accepted:
     passed_over: tuple[tuple[int, str], ...]
 
 
-def demo_field(seed_index: int) -> Accepted:
+def demo_field(seed_index: int) -> AcceptedField:
     """Field of `make demo SEED=seed_index`. Raises ValueError if none of its seeds passes."""
     return first_accepted(seed_index, make_field)
 
 
-def crater_field(seed_index: int) -> Accepted:
+def crater_field(seed_index: int) -> AcceptedField:
     """Field of `make demo TERRAIN=craters SEED=seed_index`. Raises ValueError if none of its seeds passes."""
     return first_accepted(seed_index, make_crater_field)
 
 
-def first_accepted(seed_index: int, make: Callable[[int], Field]) -> Accepted:
+def first_accepted(seed_index: int, make: Callable[[int], Field]) -> AcceptedField:
     """First field of the seeds 1000 * seed_index ... that passes; ValueError if none does."""
     passed_over: list[tuple[int, str]] = []
     for seed in range(SEEDS_PER_INDEX * seed_index, SEEDS_PER_INDEX * (seed_index + 1)):
         field = make(seed)
         reason = refusal(field)
         if not reason:
-            return Accepted(field, seed, tuple(passed_over))
+            return AcceptedField(field, seed, tuple(passed_over))
         passed_over.append((seed, reason))
     raise ValueError(f"no field of seed {seed_index} passes; the last reason: {passed_over[-1][1]}")
 

@@ -22,7 +22,7 @@ from scipy import ndimage
 
 from hil.own_functions import generator, give_to
 from hil.terrain.field import Field, field_stats
-from hil.terrain.fields import Accepted, first_accepted
+from hil.terrain.fields import AcceptedField, first_accepted
 from hil.terrain.fractal import fractal_heights
 from hil.terrain.mesh import slopes_deg
 from hil.terrain.recipe import GOAL_CLEAR_M, START_CLEAR_M
@@ -43,7 +43,7 @@ NOTE = (
 )
 
 
-def real_field(seed_index: int) -> Accepted:
+def real_field(seed_index: int) -> AcceptedField:
     """Field of `make demo TERRAIN=real SEED=seed_index`. Raises ValueError if no window passes."""
     heights = scaled_heights()
     return first_accepted(seed_index, lambda seed: make_field(heights, seed))

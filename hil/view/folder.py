@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hil.view.story import Moment, Story, Told, TrueGround, changed
+from hil.view.story import Moment, Story, StoryEvent, TrueGround, changed
 from hil.view.tail import NoRunError, Said, Tail
 from hil.world.truth import read_patch, read_turn
 from onboard.maps.npz_arrays import check_size
@@ -71,11 +71,11 @@ class Folder:
         elif said.topic == "/fault":
             name = f"{row['fault']} {row['target']}" if row["target"] else row["fault"]
             self.story.faults.append((said.time_s, name, row["what"] == "begin"))
-            self.story.tell(Told(said.time_s, "fault", row["what"], name))
+            self.story.tell(StoryEvent(said.time_s, "fault", row["what"], name))
         elif said.topic == "/contact" and row["number"] == self._contacts:  # its begin; a second message has its end
             self._contacts += 1
             place = f"({row['x_m']:.2f}, {row['y_m']:.2f})"
-            self.story.tell(Told(said.time_s, "fault", "contact", f"{row['what']} at {place}"))
+            self.story.tell(StoryEvent(said.time_s, "fault", "contact", f"{row['what']} at {place}"))
 
     def _add_record(self, said: Said) -> None:
         if said.topic == "/plan":
@@ -85,7 +85,7 @@ class Folder:
             self.story.believed_way.add(said.time_s, np.frombuffer(said.data, "<f8")[:3])
         elif said.topic == "/out/event":
             for row in json.loads(said.data):
-                self.story.tell(Told(row["now_ns"] / 1e9, row["severity"], row["name"], row["text"]))
+                self.story.tell(StoryEvent(row["now_ns"] / 1e9, row["severity"], row["name"], row["text"]))
 
 
 def read_ground(path: Path) -> TrueGround:

@@ -12,7 +12,7 @@ from viser import GuiApi
 
 from hil.view.player import SPEEDS, Player
 from hil.view.scene import LAYERS, Scene
-from hil.view.story import Instant, Moment, Told
+from hil.view.story import Instant, Moment, StoryEvent
 from protocol.visible import visible
 
 STEP_S = 0.1
@@ -119,7 +119,7 @@ def _angles_rad(x: float, y: float, z: float, w: float) -> tuple[float, float, f
     )
 
 
-def event_line(told: Told) -> str:
+def event_line(told: StoryEvent) -> str:
     """One row of the list of events."""
     mark = MARKS.get(told.severity, "")
     return f"- {mark}{told.time_s:.1f} s **{plain(told.name)}** {plain(told.text)}"

@@ -64,7 +64,7 @@ class Moment(NamedTuple):
     contact: str
 
 
-class Told(NamedTuple):
+class StoryEvent(NamedTuple):
     """Event of the rover, or an action of the bench: then `severity` is 'fault'."""
 
     time_s: float
@@ -94,7 +94,7 @@ class Instant:
     turns: tuple[Met, ...]
     plan: PlanPicture | None
     plan_number: int
-    told: tuple[Told, ...]
+    told: tuple[StoryEvent, ...]
     faults: tuple[str, ...]
     way: F64
     believed_way: F64
@@ -102,7 +102,7 @@ class Instant:
     mode: str = ""
 
 
-class Way:
+class PathSoFar:
     """Path as points STEP_M or more apart, with their times."""
 
     def __init__(self) -> None:
@@ -128,11 +128,11 @@ class Story:
     moments: list[Moment] = field(default_factory=list)
     turns: list[tuple[float, Met]] = field(default_factory=list)
     plans: list[tuple[float, PlanPicture]] = field(default_factory=list)
-    told: list[Told] = field(default_factory=list)
+    told: list[StoryEvent] = field(default_factory=list)
     faults: list[tuple[float, str, bool]] = field(default_factory=list)
     patches: list[tuple[float, Patch]] = field(default_factory=list)
-    way: Way = field(default_factory=Way)
-    believed_way: Way = field(default_factory=Way)
+    way: PathSoFar = field(default_factory=PathSoFar)
+    believed_way: PathSoFar = field(default_factory=PathSoFar)
 
     @property
     def end_s(self) -> float:
@@ -144,7 +144,7 @@ class Story:
         self.moments.append(moment)
         self.way.add(moment.time_s, moment.position_m)
 
-    def tell(self, told: Told) -> None:
+    def tell(self, told: StoryEvent) -> None:
         """Add an event of any record, in any order of time."""
         insort(self.told, told, key=lambda row: row.time_s)
 
@@ -195,7 +195,7 @@ def _until(rows: list[Any], time_s: float) -> int:
     return bisect_right(rows, time_s, key=lambda row: row[0])
 
 
-def _mode(told: Sequence[Told]) -> str:
+def _mode(told: Sequence[StoryEvent]) -> str:
     """Mode and phase after these events; '' before the first."""
     mode, phase = Mode.STANDBY.name, ""
     for one in told:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 
 from onboard.drivers.link.port import checked
 from onboard.records import LinkMessage
-from protocol.link.datagrams import Kind, Opener, Sealer, bench_keys
+from protocol.link.datagrams import DatagramKind, Opener, Sealer, bench_keys
 from protocol.link.transactions import Request, Requester
 from protocol.tables import commands
 
@@ -22,7 +22,7 @@ STATION = 1
 
 
 @dataclass(frozen=True, slots=True)
-class Order:
+class TimedCommand:
     """A command by its name in protocol.tables.commands, sent at `at_s` of bench time."""
 
     at_s: float
@@ -30,17 +30,17 @@ class Order:
     arguments: Mapping[str, commands.Value] = field(default_factory=dict)
 
 
-def orders_of(script: str) -> tuple[Order, ...]:
+def orders_of(script: str) -> tuple[TimedCommand, ...]:
     """Lines `at SECONDS: COMMAND` of an operator's script. Raises ValueError for an unknown command."""
     lines = [line.partition("#")[0].strip() for line in script.splitlines()]
     timed = [line[3:].partition(":") for line in lines if line.startswith("at ")]
-    return tuple(Order(float(at_s), *commands.parse(words.split())) for at_s, _, words in timed)
+    return tuple(TimedCommand(float(at_s), *commands.parse(words.split())) for at_s, _, words in timed)
 
 
 class Operator:
     """Both ends of the uplink, with the bench keys of the seed."""
 
-    def __init__(self, orders: Sequence[Order], seed: int, boot_id: int) -> None:
+    def __init__(self, orders: Sequence[TimedCommand], seed: int, boot_id: int) -> None:
         keys = bench_keys(seed).command
         key = keys.key(STATION)
         assert key is not None, "bench keys have a station 1"
@@ -48,7 +48,7 @@ class Operator:
         self._requester = Requester(STATION)
         self._sealer, self._opener = Sealer(key, STATION, boot_id), Opener(keys, boot_id=boot_id)
 
-    def ask(self, order: Order) -> None:
+    def ask(self, order: TimedCommand) -> None:
         """Add a command, sent at its time or, if that is past, in the next tick."""
         self._waiting = sorted([*self._waiting, order], key=lambda order: order.at_s)
 
@@ -62,16 +62,16 @@ class Operator:
             order = self._waiting.pop(0)
             self._requester.request(order.name, order.arguments, now_ns)
         payloads = self._requester.send(now_ns) if self._requester.open else ()
-        return tuple(self.seal(Kind.TELECOMMAND, data) for data in payloads)
+        return tuple(self.seal(DatagramKind.TELECOMMAND, data) for data in payloads)
 
-    def seal(self, kind: Kind, payload: bytes) -> bytes:
+    def seal(self, kind: DatagramKind, payload: bytes) -> bytes:
         """Sealed datagram of this station with any payload."""
         return self._sealer.seal(kind, payload)
 
     def hear(self, payloads: Iterable[tuple[int, bytes]], now_ns: int) -> None:
         """Receive the payloads that the rover sent in this tick."""
         for kind, data in payloads:
-            if kind == Kind.REPORT:
+            if kind == DatagramKind.REPORT:
                 self._requester.receive(data, now_ns)
 
     @property

@@ -27,7 +27,7 @@ from zlib import crc32
 import numpy as np
 from mcap.writer import CompressionType, Writer
 
-from hil.records import PlantState, Turn
+from hil.records import PlantState, TrueTurn
 from hil.terrain.field import Field, truth_height
 from hil.world.contacts import Contact, Contacts
 from onboard.records import F32
@@ -73,7 +73,7 @@ class TruthFile:
             self._add(self._truth, state.now_ns, _row(state))
             self._file.flush()
 
-    def add_turn(self, turn: Turn) -> None:
+    def add_turn(self, turn: TrueTurn) -> None:
         """Write a turn of the scanner if one is due."""
         if turn.now_ns - self._turned_ns >= _PERIOD_NS:
             self._turned_ns = turn.now_ns
@@ -136,7 +136,7 @@ class Truth:
             for number in numbers:
                 self._file.add_contact(self._now_ns, number, self.contacts[number])
 
-    def add_turn(self, turn: Turn) -> None:
+    def add_turn(self, turn: TrueTurn) -> None:
         """Record one turn of the scanner, if there is a file."""
         if self._file:
             self._file.add_turn(turn)
@@ -210,7 +210,7 @@ def read_patch(data: bytes) -> Patch:
     return Patch(row, column, np.frombuffer(data, "<f4", offset=_PATCH.size).reshape(rows, columns))
 
 
-def _met(turn: Turn) -> F32:
+def _met(turn: TrueTurn) -> F32:
     kept = np.flatnonzero(np.isfinite(turn.ranges_m[::_EVERY])) * _EVERY
     points_m = turn.origins_m[kept] + turn.ranges_m[kept, None] * turn.directions[kept]
     return np.vstack((turn.origins_m[len(turn.origins_m) // 2], points_m)).astype(np.float32)

@@ -26,7 +26,7 @@ from hil.devices.can.wire import CanWire
 from hil.devices.lidar.light import Surface, sector
 from hil.devices.lidar.sensor import Lidar
 from hil.plant.plant import STEP_NS, Plant
-from hil.records import PlantState, Turn
+from hil.records import PlantState, TrueTurn
 from hil.terrain.field import Field
 from hil.world.computer import Computer
 from hil.world.contacts import Contact
@@ -158,7 +158,7 @@ class World:
         origins, directions = np.ascontiguousarray(origins), rotate(quaternions, in_base)
         ranges = self.plant.cast(origins, directions, 30.0)
         sweep = self.progress.sweeps if self.progress.sweeping else 0
-        self._turn = Turn(int(times_ns[-1]), sweep, origins, directions, ranges)
+        self._turn = TrueTurn(int(times_ns[-1]), sweep, origins, directions, ranges)
         self.truth.add_turn(self._turn)
         return ranges
 

@@ -18,16 +18,16 @@ import json
 from collections.abc import Callable, Iterable, Sequence
 
 from onboard.config import Link
-from onboard.core.telemetry import Packer, View
+from onboard.core.telemetry import Packer, TelemetryInputs
 from onboard.records import Event, LinkMessage
 from onboard.records.status import UNKEPT
 from protocol import WireError
 from protocol.link import bulk
 from protocol.link import datagrams as link
 from protocol.link.contacts import Windows
-from protocol.link.datagrams import Kind
+from protocol.link.datagrams import DatagramKind
 from protocol.link.events import EventSender
-from protocol.link.transactions import Executor, Order, State
+from protocol.link.transactions import Executor, Order, RequestState
 from protocol.tables.modes import Mode
 from protocol.tables.telemetry import MESSAGES, rate_hz
 
@@ -76,7 +76,7 @@ class Downlink:
         self.received, self.refused = 0, dict[str, int]()
         self._told_ns, self._told = -(1 << 62), 0
         self.notices: list[Event] = []
-        self.own: dict[int, tuple[State, str]] = {}
+        self.own: dict[int, tuple[RequestState, str]] = {}
         self.sent_bytes = 0
 
     # -- from the ground ---------------------------------------------------------------------------------------
@@ -108,11 +108,11 @@ class Downlink:
         return orders
 
     def _take(self, message: LinkMessage, now_ns: int) -> Order | None:
-        if message.kind == Kind.TELECOMMAND:
+        if message.kind == DatagramKind.TELECOMMAND:
             return self._executor.receive(message.station, message.payload, now_ns, self.mode)
-        if message.kind == Kind.BULK_BITMAP:
+        if message.kind == DatagramKind.BULK_BITMAP:
             self._bulk.receive(message.payload, now_ns)
-        elif message.kind == Kind.REPORT:
+        elif message.kind == DatagramKind.REPORT:
             self._events.acknowledge(message.payload)
         else:
             raise WireError("kind", f"{message.kind} is not for a rover")
@@ -136,7 +136,7 @@ class Downlink:
 
     # -- from the rover ----------------------------------------------------------------------------------------
 
-    def report(self, request_id: int, state: State, text: str = "", data: Sequence[float] = ()) -> None:
+    def report(self, request_id: int, state: RequestState, text: str = "", data: Sequence[float] = ()) -> None:
         """Report the state of an order by Order.request_id; for an order of the rover's own, store it in `own`."""
         if request_id >> 32 == 0:
             self.own[request_id] = (state, text)
@@ -174,7 +174,7 @@ class Downlink:
         """Number of events that the ground has not acknowledged."""
         return len(self._events)
 
-    def sample(self, view: View, now_ns: int) -> None:
+    def sample(self, view: TelemetryInputs, now_ns: int) -> None:
         """Make the messages that are due from this view."""
         self.mode = view.mode
         if now_ns < self._sample_ns:
@@ -199,11 +199,11 @@ class Downlink:
         self._filled_ns = now_ns
         out: list[Payload] = []
         if self._executor.waiting(now_ns):
-            self._spend(out, Kind.REPORT, self._executor.send(now_ns, self._tokens))
+            self._spend(out, DatagramKind.REPORT, self._executor.send(now_ns, self._tokens))
             if self._executor.waiting(now_ns):
                 return tuple(out)
         if self._housekeeping(out) and self._events_out(out, now_ns) and self._bulk.busy and not self.shedding:
-            self._spend(out, Kind.BULK_CHUNK, self._bulk.send(now_ns, self._tokens - self._kept_bytes(now_ns)))
+            self._spend(out, DatagramKind.BULK_CHUNK, self._bulk.send(now_ns, self._tokens - self._kept_bytes(now_ns)))
         return tuple(out)
 
     def _may_speak(self, now_ns: int) -> bool:
@@ -219,7 +219,7 @@ class Downlink:
         ahead_ns = self._sample_ns - now_ns
         return max(0.0, self._depth / 2 - ahead_ns * self._rate_Bpns) if ahead_ns > 0 else 0.0
 
-    def _spend(self, out: list[Payload], kind: Kind, payloads: Iterable[bytes]) -> None:
+    def _spend(self, out: list[Payload], kind: DatagramKind, payloads: Iterable[bytes]) -> None:
         for payload in payloads:
             cost = link.line_bytes(len(payload))
             self._tokens -= cost
@@ -239,7 +239,7 @@ class Downlink:
                 return False
             for slot in slots:
                 del self._frames[slot]
-            self._spend(out, Kind.MAVLINK, (bundle,))
+            self._spend(out, DatagramKind.MAVLINK, (bundle,))
         return True
 
     def _events_out(self, out: list[Payload], now_ns: int) -> bool:
@@ -247,7 +247,7 @@ class Downlink:
         bundle, serials, whole = b"", list[int](), True
         for serial, frame in self._events.due(now_ns):
             if len(bundle) + len(frame) > self._limit and bundle:
-                self._spend(out, Kind.MAVLINK, (bundle,))
+                self._spend(out, DatagramKind.MAVLINK, (bundle,))
                 bundle = b""
             if link.line_bytes(len(bundle) + len(frame)) > self._tokens:
                 whole = False
@@ -255,7 +255,7 @@ class Downlink:
             bundle += frame
             serials.append(serial)
         if bundle:
-            self._spend(out, Kind.MAVLINK, (bundle,))
+            self._spend(out, DatagramKind.MAVLINK, (bundle,))
         for serial in serials:
             self._events.sent(serial, now_ns)
         return whole

@@ -58,7 +58,7 @@ GIVE_UP_TICKS = 6000  # a job is considered hung one minute after its due tick
 
 
 @dataclass(slots=True)
-class Kept:
+class JobTimes:
     """Timing record of the jobs of one name.
 
     done: jobs finished or given up.
@@ -83,7 +83,7 @@ class JobBook:
         self._due: dict[int, int] = {}
         self._requests: list[JobRequest] = []
         self._cancelled: list[int] = []
-        self.kept: dict[str, Kept] = {}
+        self.kept: dict[str, JobTimes] = {}
 
     @property
     def running(self) -> tuple[str, ...]:
@@ -157,7 +157,7 @@ class JobBook:
         self._cancelled += [job_id for job_id in ids if job_id not in unsent]
 
     def _note(self, name: str, late_ticks: int, took_ns: int) -> None:
-        kept = self.kept.setdefault(name, Kept())
+        kept = self.kept.setdefault(name, JobTimes())
         kept.done += 1
         kept.late += late_ticks > 0
         kept.worst_late_ticks = max(kept.worst_late_ticks, late_ticks)

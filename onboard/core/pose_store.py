@@ -15,7 +15,7 @@ from onboard.config import Config
 from onboard.native.elementary import dist
 from onboard.perception.localisation import Localisation
 from onboard.records import Event, Pose
-from onboard.records.status import Save, Saved
+from onboard.records.status import Save, SaveResult
 from protocol.conventions import wrap_rad
 
 KEPT = "pose"
@@ -42,7 +42,7 @@ class Keeping:
         if kept and self._keeps:
             self._recall(kept, localisation)
 
-    def receive(self, saved: Sequence[Saved], now_ns: int) -> None:
+    def receive(self, saved: Sequence[SaveResult], now_ns: int) -> None:
         """Process the shell's results of saves; report when saving of a name fails and when it works again."""
         for name, error in saved:
             if name == KEPT:

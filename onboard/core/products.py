@@ -12,7 +12,7 @@ from onboard.core.modes.parameter_orders import ParameterOrders
 from onboard.core.modes.tasks import Tasks
 from onboard.perception import ldem
 from onboard.planning.explanation import explain
-from protocol.link.transactions import Order, State
+from protocol.link.transactions import Order, RequestState
 from protocol.products import PRODUCTS
 from protocol.products.nsp import encode_nsp
 from protocol.tables.commands import RefusedError
@@ -58,15 +58,15 @@ class Products:
 
     def give_up(self, job: str, reason: str) -> None:
         """Report that the product of this job failed."""
-        self._downlink.report(self._asked.pop(job), State.FAILED, reason)
+        self._downlink.report(self._asked.pop(job), RequestState.FAILED, reason)
 
     def _offer(self, request_id: int, product: str, data: bytes, about: str = "") -> None:
         if not data:
-            self._downlink.report(request_id, State.FAILED, about)
+            self._downlink.report(request_id, RequestState.FAILED, about)
             return
         object_id = self._downlink.offer(product, data, _CODECS[product])
         text = f"{product} of {len(data)} bytes on its way" + (f"; {about}" if about else "")
-        self._downlink.report(request_id, State.COMPLETED, text, (object_id,))
+        self._downlink.report(request_id, RequestState.COMPLETED, text, (object_id,))
 
     def _get(self, order: Order, ctx: Context) -> None:
         """Start the product of the order. Raises RefusedError if there is nothing to send."""
@@ -80,7 +80,7 @@ class Products:
             raise RefusedError("one is being packed already: ask again")
         ctx.jobs.submit(job, arguments, ctx.tick + _PRODUCT_TICKS)
         self._asked[job] = order.request_id
-        self._downlink.report(order.request_id, State.STARTED, f"packing the {PRODUCT_JOBS[job]}")
+        self._downlink.report(order.request_id, RequestState.STARTED, f"packing the {PRODUCT_JOBS[job]}")
 
     def _ldem(self, order: Order, ctx: Context) -> None:
         memory, pose, config = self._map(), ctx.localisation.pose, self._parameters.config

@@ -9,10 +9,10 @@ from itertools import chain
 from typing import Any, Protocol
 
 from onboard.core.context import Context
-from onboard.core.faults.monitors import Watched
-from onboard.core.faults.wheels.seen import Seen
+from onboard.core.faults.monitors import MonitorInputs
+from onboard.core.faults.wheels.seen import WheelInputs
 from onboard.core.rover import Rover
-from onboard.core.telemetry import SAMPLERS, View
+from onboard.core.telemetry import SAMPLERS, TelemetryInputs
 from onboard.planning.fences import entered
 from onboard.records import ImuSample, Inputs, Scan
 from protocol.conventions import TICK_NS
@@ -46,10 +46,10 @@ def context(rover: Rover, inputs: Inputs, scans: Sequence[Scan], taken: Mapping[
     )
 
 
-def watched(rover: Rover, inputs: Inputs, orders: Sequence[Order]) -> Watched:
+def watched(rover: Rover, inputs: Inputs, orders: Sequence[Order]) -> MonitorInputs:
     """Return what the fault monitors read."""
     mission = rover.executive.mission
-    return Watched(
+    return MonitorInputs(
         inputs.now_ns,
         rover.config,
         rover.lidar,
@@ -75,13 +75,13 @@ def found(rover: Rover) -> dict[str, str]:
     return {**dirty, **rover.devices.faults, **rover.power.found, **rover.computer.found}
 
 
-def seen(rover: Rover, imu: ImuSample | None, now_ns: int) -> Seen:
+def seen(rover: Rover, imu: ImuSample | None, now_ns: int) -> WheelInputs:
     """Return what the wheel watch reads."""
     currents_a = tuple(
         told.drive_current_a if told and told.stamp_ns > now_ns - TICK_NS else None for told in rover.nodes.wheel_status
     )
     localisation = rover.localisation
-    return Seen(
+    return WheelInputs(
         now_ns,
         rover.watch.orders(rover.orders),
         rover.nodes.wheels,
@@ -93,10 +93,10 @@ def seen(rover: Rover, imu: ImuSample | None, now_ns: int) -> Seen:
     )
 
 
-def view(rover: Rover) -> View:
+def view(rover: Rover) -> TelemetryInputs:
     """Return what telemetry samples."""
     executive, mission = rover.executive, rover.executive.mission
-    return View(
+    return TelemetryInputs(
         mode=executive.mode,
         phase=executive.phase,
         estimate=rover.localisation.estimate,

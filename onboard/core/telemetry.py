@@ -23,7 +23,7 @@ _NAN = math.nan
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class TelemetryInputs:
     """Values of the rover that telemetry samples in one tick.
 
     goal_m: x, y in the map frame.
@@ -60,24 +60,24 @@ class View:
     slip_ratio: float = 0.0
 
 
-Sampler = Callable[[View], float]
+Sampler = Callable[[TelemetryInputs], float]
 
 
 def _pose(name: str) -> Sampler:
     return lambda v: _NAN if v.estimate is None else getattr(v.estimate.pose, name)
 
 
-def _goal_distance_m(v: View) -> float:
+def _goal_distance_m(v: TelemetryInputs) -> float:
     if v.goal_m is None or v.estimate is None:
         return _NAN
     return hypot(v.goal_m[0] - v.estimate.pose.x_m, v.goal_m[1] - v.estimate.pose.y_m)
 
 
-def _sigma_position_m(v: View) -> float:
+def _sigma_position_m(v: TelemetryInputs) -> float:
     return _NAN if v.estimate is None else math.sqrt(v.estimate.covariance[0, 0] + v.estimate.covariance[1, 1])
 
 
-def _sigma_ellipse(v: View) -> tuple[float, float, float]:
+def _sigma_ellipse(v: TelemetryInputs) -> tuple[float, float, float]:
     """Return 1 sigma along the long axis and across it, m, and the direction of the long axis, rad; NaN: no estimate.
 
     Eigenvalues of the symmetric 2 x 2 covariance: middle +- radius, the long axis at half the angle of (xx - yy, 2 xy).
@@ -180,16 +180,16 @@ SAMPLERS: dict[str, Sampler] = {
 _NAMES = {message: tuple(row.name for row in TABLE if row.message == message) for message in MESSAGES}
 
 
-def _read(message: str, view: View) -> list[float]:
+def _read(message: str, view: TelemetryInputs) -> list[float]:
     return [SAMPLERS[name](view) for name in _NAMES[message]]
 
 
-def _rover_state(view: View, ms: int) -> list[Any]:
+def _rover_state(view: TelemetryInputs, ms: int) -> list[Any]:
     mode, phase, stop, faults, *rest = _read("ROVER_STATE", view)
     return [mavlink.MAVLink_rover_state_message(ms, int(faults), *rest, int(stop) & 0xFFFF, int(mode), int(phase))]
 
 
-def _position(view: View, ms: int) -> list[Any]:
+def _position(view: TelemetryInputs, ms: int) -> list[Any]:
     x_m, y_m, z_m = _read("LOCAL_POSITION_NED", view)
     if view.estimate is None:
         return []
@@ -198,7 +198,7 @@ def _position(view: View, ms: int) -> list[Any]:
     return [mavlink.MAVLink_local_position_ned_message(ms, *ned_from_enu(x_m, y_m, z_m), *velocity)]
 
 
-def _attitude(view: View, ms: int) -> list[Any]:
+def _attitude(view: TelemetryInputs, ms: int) -> list[Any]:
     roll_rad, pitch_rad, yaw_rad, yaw_rate_radps = _read("ATTITUDE", view)
     if view.estimate is None:
         return []
@@ -206,12 +206,12 @@ def _attitude(view: View, ms: int) -> list[Any]:
     return [mavlink.MAVLink_attitude_message(ms, *ned_angles(roll_rad, pitch_rad, yaw_rad), *rates)]
 
 
-def _wheels(view: View, ms: int) -> list[Any]:
+def _wheels(view: TelemetryInputs, ms: int) -> list[Any]:
     read = _read("WHEELS", view)
     return [mavlink.MAVLink_wheels_message(ms, read[:4], read[4:8], [int(s) & 0xFF for s in read[8:]])]
 
 
-def _sys_status(view: View, ms: int) -> list[Any]:
+def _sys_status(view: TelemetryInputs, ms: int) -> list[Any]:
     if view.power is None:
         return []
     scaled = [
@@ -223,15 +223,15 @@ def _sys_status(view: View, ms: int) -> list[Any]:
     return [mavlink.MAVLink_sys_status_message(0, 0, 0, 0, milli_v, centi_a, percent, 0, 0, 0, 0, 0, 0)]
 
 
-def _progress(view: View, ms: int) -> list[Any]:
+def _progress(view: TelemetryInputs, ms: int) -> list[Any]:
     return [mavlink.MAVLink_progress_message(ms, view.job_ratio, view.job.encode()[:16])] if view.job else []
 
 
-def _link_state(view: View, ms: int) -> list[Any]:
+def _link_state(view: TelemetryInputs, ms: int) -> list[Any]:
     return [mavlink.MAVLink_link_state_message(ms, *(int(value) for value in _read("LINK_STATE", view)))]
 
 
-def _items(view: View, ms: int) -> list[Any]:
+def _items(view: TelemetryInputs, ms: int) -> list[Any]:
     made = []
     for part in (rows for message, rows in FRAMES if not message):
         ids, read = [row.id for row in part], [float(SAMPLERS[row.name](view)) for row in part]
@@ -240,14 +240,14 @@ def _items(view: View, ms: int) -> list[Any]:
     return made
 
 
-def _heartbeat(view: View, ms: int) -> list[Any]:
+def _heartbeat(view: TelemetryInputs, ms: int) -> list[Any]:
     """custom_mode is mode * 256 + phase."""
     kind, pilot, custom = mavlink.MAV_TYPE_GROUND_ROVER, mavlink.MAV_AUTOPILOT_GENERIC, view.mode << 8 | view.phase
     flags = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
     return [mavlink.MAVLink_heartbeat_message(kind, pilot, flags, custom, _STATUS[view.mode], 3)]
 
 
-_BUILDERS: dict[str, Callable[[View, int], list[Any]]] = {
+_BUILDERS: dict[str, Callable[[TelemetryInputs, int], list[Any]]] = {
     "HEARTBEAT": _heartbeat,
     "ROVER_STATE": _rover_state,
     "LOCAL_POSITION_NED": _position,
@@ -282,7 +282,7 @@ class Packer:
         self._mav.seq = (self._mav.seq + 1) % 256
         return frame
 
-    def message(self, name: str, view: View, now_ns: int) -> list[bytes]:
+    def message(self, name: str, view: TelemetryInputs, now_ns: int) -> list[bytes]:
         """Frames of HEARTBEAT or of a row of protocol.tables.telemetry.MESSAGES; none if there is no source."""
         return [self._pack(m) for m in _BUILDERS[name](view, now_ns // 1_000_000 & 0xFFFFFFFF)]
 

@@ -50,7 +50,7 @@ class SegmentLike(Protocol):
     def duration_ns(self) -> int: ...  # noqa: D102
 
 
-class Order(NamedTuple):
+class TiltOrder(NamedTuple):
     """One TILT_COMMAND with its start and end in onboard time."""
 
     start_rad: float
@@ -65,18 +65,18 @@ class Order(NamedTuple):
         return self.start_rad, self.end_rad, self.rate_radps, self.start_ns // _MS & 0xFFFF, self.mode
 
 
-def _parked(angle_rad: float, now_ns: int) -> Order:
-    return Order(angle_rad, angle_rad, PARK_RATE_RADPS, now_ns, now_ns, TiltMode.PARK)
+def _parked(angle_rad: float, now_ns: int) -> TiltOrder:
+    return TiltOrder(angle_rad, angle_rad, PARK_RATE_RADPS, now_ns, now_ns, TiltMode.PARK)
 
 
-def orders(segments: Sequence[SegmentLike], start_ns: int) -> list[Order]:
+def orders(segments: Sequence[SegmentLike], start_ns: int) -> list[TiltOrder]:
     """Return a sweep in the frame's resolution, its segments joined in angle and to the millisecond in time.
 
     Raises ValueError for an empty sweep, or a segment without motion or duration.
     """
     if not segments:
         raise ValueError("a sweep needs at least one segment")
-    made: list[Order] = []
+    made: list[TiltOrder] = []
     at_ns = planned_ns = -(-start_ns // _MS) * _MS
     for number, segment in enumerate(segments):
         start, end = round(segment.start_rad / ANGLE_STEP_RAD), round(segment.end_rad / ANGLE_STEP_RAD)
@@ -87,7 +87,9 @@ def orders(segments: Sequence[SegmentLike], start_ns: int) -> list[Order]:
         steps = max(1, min(RATE_STEPS, round(way_rad / ((planned_ns - at_ns) / 1e9) / RATE_STEP_RADPS)))
         end_ns = at_ns + math.ceil(way_rad / (steps * RATE_STEP_RADPS) * 1000.0 - 1e-6) * _MS
         made.append(
-            Order(start * ANGLE_STEP_RAD, end * ANGLE_STEP_RAD, steps * RATE_STEP_RADPS, at_ns, end_ns, TiltMode.SWEEP)
+            TiltOrder(
+                start * ANGLE_STEP_RAD, end * ANGLE_STEP_RAD, steps * RATE_STEP_RADPS, at_ns, end_ns, TiltMode.SWEEP
+            )
         )
         at_ns = end_ns
     return made
@@ -105,9 +107,9 @@ class Tilt:
         self._node_us = self._offset_us = 0.0
         self._times_ns: list[int] = []
         self._angles_rad: list[float] = []
-        self._sweep: list[Order] = []
+        self._sweep: list[TiltOrder] = []
         self._sent = -1  # segments of the sweep sent; -1 before the order to park at its start
-        self._order: Order | None = None
+        self._order: TiltOrder | None = None
         self.plan = 0  # number of the newest order: a sweep, or an angle to park at
         self._from_rad = 0.0  # angle of the axis when it was ordered to park
         self._repeat = Every(REPEAT_NS)

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from onboard.maps.npz_arrays import NUMBER, Wanted, read_arrays
+from onboard.maps.npz_arrays import NUMBER, ArraySpec, read_arrays
 from onboard.records import Gdem, Grid
 
 MOST_CELLS = 5000  # of a side: the limit of the global planner
@@ -23,8 +23,8 @@ HIGHEST_M = 1e7  # same limit as in the global planner
 FARTHEST_M = 1e7  # of the map's corner from the start
 CELL_M = (0.01, 10_000.0)
 _ROWS = {
-    "heights_m": Wanted("iuf", 2, MOST_CELLS, 8 * MOST_CELLS**2), "x0_m": NUMBER, "y0_m": NUMBER, "cell_m": NUMBER,
-    "note": Wanted("U", 0, 0, 40_000),
+    "heights_m": ArraySpec("iuf", 2, MOST_CELLS, 8 * MOST_CELLS**2), "x0_m": NUMBER, "y0_m": NUMBER, "cell_m": NUMBER,
+    "note": ArraySpec("U", 0, 0, 40_000),
 }  # fmt: skip
 
 

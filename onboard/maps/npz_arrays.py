@@ -26,7 +26,7 @@ _HEAD = re.compile(rb"\x93NUMPY\x01\x00(..)", re.DOTALL)
 _DESCR = re.compile(r"[<>=|]?[biufUS?]\d{0,6}")
 
 
-class Wanted(NamedTuple):
+class ArraySpec(NamedTuple):
     """Specification of one array.
 
     kinds: kinds of its numbers (numpy's letters).
@@ -41,10 +41,10 @@ class Wanted(NamedTuple):
     most_bytes: int
 
 
-NUMBER = Wanted("iuf", 0, 0, 64)
+NUMBER = ArraySpec("iuf", 0, 0, 64)
 
 
-def read_arrays(data: bytes, wanted: Mapping[str, Wanted]) -> dict[str, NDArray[Any]]:
+def read_arrays(data: bytes, wanted: Mapping[str, ArraySpec]) -> dict[str, NDArray[Any]]:
     """Read the arrays by name. Raises ValueError, one line, for bytes that do not contain each of them as specified."""
     _refuse_a_crowd(data)
     try:
@@ -86,7 +86,7 @@ def _unpacked(file: zipfile.ZipFile, name: str, most_bytes: int) -> bytes:
         return member.read(most_bytes + 1)
 
 
-def _array(name: str, data: bytes, wanted: Wanted) -> NDArray[Any]:
+def _array(name: str, data: bytes, wanted: ArraySpec) -> NDArray[Any]:
     shape, kind, by_columns, at = _header(name, data)
     if kind.kind not in wanted.kinds or len(shape) != wanted.axes or max(shape, default=0) > wanted.most_side:
         sides = f" up to {wanted.most_side} a side" if wanted.axes else ""

@@ -25,7 +25,7 @@ import math
 
 from onboard.config import Rover
 from onboard.motion.kinematics import wheel_places
-from onboard.motion.wheel_health import Drive, Wheels
+from onboard.motion.wheel_health import DriveHealth, Wheels
 from onboard.native.elementary import cos, hypot, sin, tan, total
 from onboard.records import Twist
 
@@ -85,11 +85,11 @@ def load_ratio(twist: Twist, wheels: Wheels, rover: Rover, tilt_rad: float) -> f
         across = 0.0
         if fixed is not None and speed > 0.0:
             across = abs(w * cos(fixed) - u * sin(fixed)) / speed
-        if health.drive is Drive.STUCK:
+        if health.drive is DriveHealth.STUCK:
             needed += 1.0
             continue
         needed += across
-        if health.drive is Drive.GOOD:
+        if health.drive is DriveHealth.GOOD:
             pushing += math.sqrt(max(0.0, 1.0 - across * across))
     return needed / pushing if pushing > 0.0 else math.inf
 
@@ -106,4 +106,4 @@ def fixed_wheel(wheels: Wheels, rover: Rover) -> tuple[float, float, float] | No
 
 def speed_ratio(wheels: Wheels) -> float:
     """Ratio of the speed to drive at with these wheels to the usual speed."""
-    return STUCK_SPEED_RATIO if any(health.drive is Drive.STUCK for health in wheels) else 1.0
+    return STUCK_SPEED_RATIO if any(health.drive is DriveHealth.STUCK for health in wheels) else 1.0

@@ -26,7 +26,7 @@ import math
 from collections.abc import Sequence
 
 from onboard.config import Motion, Rover
-from onboard.motion.wheel_health import SOUND, Drive, Wheels
+from onboard.motion.wheel_health import SOUND, DriveHealth, Wheels
 from onboard.native.elementary import atan2, cos, hypot, sin
 from onboard.records import Twist, WheelCommand, WheelMode, WheelState
 from protocol.conventions import WHEEL_SIGNS, wrap_rad
@@ -75,7 +75,7 @@ def wheel_commands(
         else:
             angle, sign = nearest_steering(atan2(w, u), now, rover.steer_limit_rad)
             rate = sign * speed / radius
-        if health.drive is Drive.STUCK:
+        if health.drive is DriveHealth.STUCK:
             rate = 0.0
         angles.append(angle)
         rates.append(rate)

@@ -32,7 +32,7 @@ STANDING_STEER_RAD = 0.02  # steering of all wheels in the window: wheels that s
 WRAP_GUARD_RAD = math.pi  # a jump of the encoder larger than this in one tick is not motion
 
 
-class Step(NamedTuple):
+class OdometryStep(NamedTuple):
     """Motion since the last call, in base_link axes.
 
     dx_m, dy_m, dyaw_rad: increments.
@@ -67,7 +67,7 @@ class Odometry:
         self._slow = False
         self._steers_rad: list[float | None] = [None] * 4  # at the window's start; None: unknown
 
-    def update(self, wheels: Sequence[WheelState | None], now_ns: int, health: Wheels = SOUND) -> Step:
+    def update(self, wheels: Sequence[WheelState | None], now_ns: int, health: Wheels = SOUND) -> OdometryStep:
         """Process the wheels' newest states and return the motion since the last call.
 
         health: a wheel that does not measure its hub's motion (`tells_way`) is left out.
@@ -108,7 +108,7 @@ class Odometry:
         if now_ns - self._window_ns >= WINDOW_NS:
             self._close_window(now_ns)
         standing = self._slow and abs(dx) + abs(dy) + abs(dyaw) < STANDING_STEP_M
-        return Step(dx, dy, dyaw, self._twist, self._residual_mps, n, standing, rolled / max(n, 1))
+        return OdometryStep(dx, dy, dyaw, self._twist, self._residual_mps, n, standing, rolled / max(n, 1))
 
     def _close_window(self, now_ns: int) -> None:
         if self._window_ns >= 0:

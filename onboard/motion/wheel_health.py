@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 
-class Drive(Enum):
+class DriveHealth(Enum):
     """State of a wheel's drive."""
 
     GOOD = "good"
@@ -23,14 +23,14 @@ class WheelHealth:
     encoder: True if its rate is valid.
     """
 
-    drive: Drive = Drive.GOOD
+    drive: DriveHealth = DriveHealth.GOOD
     steer_fixed_rad: float | None = None
     encoder: bool = True
 
     @property
     def tells_way(self) -> bool:
         """True if angle and encoder measure the hub's motion; False for a wheel that is dragged, along or sideways."""
-        return self.encoder and self.drive is not Drive.STUCK and self.steer_fixed_rad is None
+        return self.encoder and self.drive is not DriveHealth.STUCK and self.steer_fixed_rad is None
 
 
 Wheels = tuple[WheelHealth, WheelHealth, WheelHealth, WheelHealth]  # 1 to 4, as protocol.conventions.WHEELS

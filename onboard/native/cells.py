@@ -23,7 +23,7 @@ CELL = np.dtype([
 ])  # fmt: skip
 
 
-class Turn(NamedTuple):
+class BeamBlock(NamedTuple):
     """k beams of one turn of the scanner, or of a part of it.
 
     ranges_m: (k,) float32, NaN for a beam without a return.
@@ -82,7 +82,7 @@ class LiveGrid:
         check_array("points_m", points_m, (None, 3), np.float32)
         kernels.points_into(*self._place, points_m, self._bytes)
 
-    def add_turn(self, turn: Turn, mount: Mount) -> None:
+    def add_turn(self, turn: BeamBlock, mount: Mount) -> None:
         """Add the hits of one turn: p_map = T_map_base (scanner + R_y(tilt) range (cos azimuth, sin azimuth, 0)).
 
         Hits in the rover's hull, off the grid or not finite are left out. Raises ValueError for wrong shapes, dtypes

@@ -15,7 +15,7 @@ import numpy as np
 from onboard.config import Rover, Scanning
 from onboard.extrinsics import lidar_place, lidar_rotation
 from onboard.native import each
-from onboard.native.cells import LiveGrid, Mount, Turn
+from onboard.native.cells import BeamBlock, LiveGrid, Mount
 from onboard.native.linear import product
 from onboard.perception.beam_tilt import tilt_at
 from onboard.perception.cloud import hull_boxes
@@ -25,19 +25,19 @@ __all__ = ["LiveGrid", "mount_of", "turn_of"]
 _NONE: F64 = np.empty(0)
 
 
-def turn_of(scan: Scan, tilt: TiltTrack, scanning: Scanning) -> Turn:
+def turn_of(scan: Scan, tilt: TiltTrack, scanning: Scanning) -> BeamBlock:
     """The beams of one scan that `cloud` would use: within scanning.sector_rad, fired while the tilt was measured.
 
     The tilt is interpolated at each beam's own time, never extrapolated (`beam_tilt`).
     """
     if not len(tilt.times_ns):
-        return Turn(scan.ranges_m[:0], _directions(_NONE), _directions(_NONE), scanning.range_m)
+        return BeamBlock(scan.ranges_m[:0], _directions(_NONE), _directions(_NONE), scanning.range_m)
     beams, origin_ns = np.arange(len(scan.ranges_m), dtype=np.float64), int(tilt.times_ns[0])
     phi = scan.first_angle_rad + beams * scan.step_rad
     times_ns = float(scan.start_ns - origin_ns) + beams * scan.beam_ns
     angle, _, steady = tilt_at(tilt, times_ns, origin_ns)
     good = (np.abs(phi) <= scanning.sector_rad) & steady
-    return Turn(scan.ranges_m[good], _directions(phi[good]), _directions(angle[good]), scanning.range_m)
+    return BeamBlock(scan.ranges_m[good], _directions(phi[good]), _directions(angle[good]), scanning.range_m)
 
 
 def mount_of(T_map_base: F64, rover: Rover) -> Mount:

@@ -27,7 +27,7 @@ import numpy as np
 
 from onboard.config import Localisation as LocalisationConfig
 from onboard.config import Rover
-from onboard.motion.odometry import Odometry, Step
+from onboard.motion.odometry import Odometry, OdometryStep
 from onboard.motion.wheel_health import SOUND, Wheels
 from onboard.native.elementary import asin, atan2, cos, hypot, log, sin, tan
 from onboard.native.linear import norm
@@ -68,7 +68,7 @@ class Localisation:
         )
         self.pose = self._here()
         self._now_ns = self._imu_ns = -1
-        self.step = Step(0.0, 0.0, 0.0, Twist(), 0.0, 0, True)
+        self.step = OdometryStep(0.0, 0.0, 0.0, Twist(), 0.0, 0, True)
         self.yaw_rate_radps = 0.0
         self._since_ns = 0
         self._standing_since_ns = -1
@@ -239,7 +239,7 @@ class Localisation:
             rate, state = self._attitude.yaw_rate_radps, self._filter.state
             self.yaw_rate_radps = (1.0 - state[SCALE]) * (rate - state[BIAS])
 
-    def _move(self, step: Step, elapsed_s: float, slips: bool) -> None:
+    def _move(self, step: OdometryStep, elapsed_s: float, slips: bool) -> None:
         yaw = self._filter.state[YAW]
         yaw += 0.5 * self._filter.turn(self.yaw_rate_radps, elapsed_s)
         if step.rolled_m == 0.0:

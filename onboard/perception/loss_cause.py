@@ -45,14 +45,14 @@ class Cause(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class SweepLoss:
     """Lost beams of one sweep, and the pose in the map from which it was taken."""
 
     lost: LostBeams
     pose: Pose
 
 
-def cause(views: Sequence[View], clear_ratio: float) -> Cause:
+def cause(views: Sequence[SweepLoss], clear_ratio: float) -> Cause:
     """Cause of the losses of the newest view.
 
     clear_ratio: an overall share up to this, without a bad sector, is no loss.
@@ -77,7 +77,7 @@ def cause(views: Sequence[View], clear_ratio: float) -> Cause:
     return Cause.GROUND if any(_same_place(views[-1], view) for view in earlier) else Cause.UNKNOWN
 
 
-def _blind(views: Sequence[View], bad: Bool, judged: int) -> bool:
+def _blind(views: Sequence[SweepLoss], bad: Bool, judged: int) -> bool:
     if judged and bad.sum() >= NEARLY_ALL * judged:
         return True
     ratios = [view.lost.ratio for view in views[-3:]]
@@ -109,7 +109,7 @@ def _elsewhere(a: Pose, b: Pose) -> bool:
     return abs(wrap_rad(a.yaw_rad - b.yaw_rad)) > APART_RAD or dist((a.x_m, a.y_m), (b.x_m, b.y_m)) > APART_M
 
 
-def _turned(newest: View, bad: Bool, earlier: Sequence[View]) -> tuple[bool, bool]:
+def _turned(newest: SweepLoss, bad: Bool, earlier: Sequence[SweepLoss]) -> tuple[bool, bool]:
     """(window, sun): in a sweep of another heading the same sectors, or those of the same map bearings, are bad."""
     window = sun = False
     for view in earlier:
@@ -136,7 +136,7 @@ def _alike(a: Bool, b: Bool) -> bool:
     return either > 0 and int((a & b).sum()) >= ALIKE_RATIO * either
 
 
-def _same_place(newest: View, other: View) -> bool:
+def _same_place(newest: SweepLoss, other: SweepLoss) -> bool:
     """True if the losses of the newest view lie where the other view lost beams too, and nowhere else."""
     met = same = 0
     lost = _lost_cells(other.lost)
@@ -152,7 +152,7 @@ def _same_place(newest: View, other: View) -> bool:
     return met > 0 and same >= ALIKE_RATIO * met
 
 
-def place(view: View, sector: int, range_m: float) -> tuple[float, float]:
+def place(view: SweepLoss, sector: int, range_m: float) -> tuple[float, float]:
     """Map position of the middle of a sector at a distance."""
     bearing_rad = view.pose.yaw_rad + view.lost.azimuth_rad(sector)
     return view.pose.x_m + range_m * cos(bearing_rad), view.pose.y_m + range_m * sin(bearing_rad)

@@ -15,7 +15,7 @@ import numpy as np
 import small_gicp
 
 from onboard.config import Localisation
-from onboard.perception.settling import Faces, Settled, apart, settle
+from onboard.perception.settling import Faces, SettlingResult, apart, settle
 from onboard.records import F32, F64
 
 VOXEL_M = 0.1
@@ -216,7 +216,7 @@ def _near(points: F64 | F32, centre: F64, radius_m: float) -> F64:
     return np.concatenate(kept)
 
 
-def _settled(moving: small_gicp.PointCloud, target: Prepared, guess: F64) -> Settled | None:
+def _settled(moving: small_gicp.PointCloud, target: Prepared, guess: F64) -> SettlingResult | None:
     """Alignment by GICP, then plane to plane."""
     fixed, tree = target
     near = small_gicp.align(fixed, moving, tree, guess, "GICP", MATCH_M, 1, MOST_ITERATIONS, NEAR_RAD, NEAR_M)
@@ -241,7 +241,7 @@ def _overlap(source: F64, target: F64, guess: F64) -> float:
     return float(np.isin(cells[0], cells[1]).mean())
 
 
-def _covariance(found: Settled, config: Localisation) -> F64:
+def _covariance(found: SettlingResult, config: Localisation) -> F64:
     body = config.registration_scale**2 * _told(found)
     R, to_map = found.T_target_source[:3, :3], np.zeros((4, 6))
     to_map[:3, 3:] = R
@@ -251,7 +251,7 @@ def _covariance(found: Settled, config: Localisation) -> F64:
     return covariance
 
 
-def _told(found: Settled) -> F64:
+def _told(found: SettlingResult) -> F64:
     """(6, 6) covariance over rotation and translation in the source's axes, huge in loose directions."""
     covariance: F64 = np.asarray(np.linalg.inv(found.information), np.float64)
     covariance[:3, :3] += UNKNOWN_M2 * found.loose[0] @ found.loose[0].T

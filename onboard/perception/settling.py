@@ -41,7 +41,7 @@ class Faces:
 
 
 @dataclass(frozen=True, slots=True)
-class Settled:
+class SettlingResult:
     """Result of `settle`.
 
     T_target_source: (4, 4).
@@ -60,7 +60,9 @@ class Settled:
     converged: bool
 
 
-def settle(source: Faces, target: Faces, search: Search, match_m: float, guess: F64, start: F64) -> Settled | None:
+def settle(
+    source: Faces, target: Faces, search: Search, match_m: float, guess: F64, start: F64
+) -> SettlingResult | None:
     """Fit the planes, starting from `start` (4, 4) T_target_source; loose directions stay at `guess`.
 
     None if fewer than six pairs match.
@@ -81,7 +83,7 @@ def settle(source: Faces, target: Faces, search: Search, match_m: float, guess: 
             break
     weights, J = _weights(pairs.off_m), pairs.jacobian(pairs.mean)
     square = float((weights * pairs.off_m**2).sum() / weights.sum())
-    return Settled(
+    return SettlingResult(
         T,
         (J * weights[:, None]).T @ J / max(square, 1e-12),
         loose,

@@ -29,7 +29,7 @@ from onboard.planning.global_path import GlobalField
 from onboard.planning.mission_rule import BLOCK_M, Again, MissionState, Situation, Stop
 from onboard.planning.next_position import NextPosition
 from onboard.planning.options import Fields
-from onboard.planning.plan_records import PlanReport, PlanRequest, PlanResult, Settings
+from onboard.planning.plan_records import PlanningSettings, PlanReport, PlanRequest, PlanResult
 from onboard.planning.pose_field import cost_to_go
 from onboard.planning.poses import (
     ORIENTATIONS,
@@ -79,7 +79,7 @@ class _Stop:
 
 
 @dataclass(frozen=True, slots=True)
-class Decided:
+class PlanOutcome:
     """Result of the rule at a stop.
 
     decision: the decision.
@@ -121,7 +121,7 @@ def plan(request: PlanRequest) -> PlanResult:
     return PlanResult(leg, state, report, request.pose, request.goal_m, found.gdem)
 
 
-def decide(request: PlanRequest, surface: Surface, freedom: U8) -> Decided:
+def decide(request: PlanRequest, surface: Surface, freedom: U8) -> PlanOutcome:
     """The rule's decision over the free ground of `freedom`, with the whole path, not cut to the first leg.
 
     freedom: result of `freedom_of`. The beams' data (`request.ldem`) is not read.
@@ -148,7 +148,7 @@ def decide(request: PlanRequest, surface: Surface, freedom: U8) -> Decided:
         situation = replace(situation, commit=None, confirm=None, choice=None)
         outcome, state = mission_rule.decide(replace(state, cleared=True), situation, settings.mission)
     assert isinstance(outcome, Decision), "without a way the rule gives up"
-    return Decided(outcome, state, before, fields, unmarked, gdem, field, answer)
+    return PlanOutcome(outcome, state, before, fields, unmarked, gdem, field, answer)
 
 
 def measured(path: Path, freedom: U8, grid: Grid) -> Path:
@@ -200,7 +200,7 @@ def _situation(stop: _Stop, fields: Fields, state: MissionState) -> tuple[Situat
     return situation, answer
 
 
-def _eyes(settings: Settings) -> Eyes:
+def _eyes(settings: PlanningSettings) -> Eyes:
     return Eyes(settings.rover.lidar_z_m, settings.scanning.range_m, settings.scanning.sector_rad)
 
 
@@ -225,7 +225,7 @@ def freedom_of(request: PlanRequest, surface: Surface) -> U8:
     return fenced(freedom, request.fences, grid, settings.rover, (request.pose.x_m, request.pose.y_m))
 
 
-def _stand(freedom: U8, surface: Surface, own: tuple[int, int, int], settings: Settings) -> U8:
+def _stand(freedom: U8, surface: Surface, own: tuple[int, int, int], settings: PlanningSettings) -> U8:
     """Pose freedom with the poses around the rover freed, because sensor noise must not trap the rover.
 
     Within 0.25 m, poses at its own and the adjacent orientations count as free regardless of the map, other

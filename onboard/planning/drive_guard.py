@@ -60,7 +60,7 @@ class Bad(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class GuardSettings:
     """Parts of the configuration that the guard reads."""
 
     rover: config.Rover
@@ -96,7 +96,7 @@ def ahead_m(rover: config.Rover, guard: config.DriveGuard) -> float:
     return rover.lidar_x_m + rover.lidar_z_m / tan(guard.tilt_rad)
 
 
-def hear(watch: Watch, line: Cloud, pose: Pose, tracks: Bool, settings: Settings) -> tuple[Watch, tuple[Bad, ...]]:
+def hear(watch: Watch, line: Cloud, pose: Pose, tracks: Bool, settings: GuardSettings) -> tuple[Watch, tuple[Bad, ...]]:
     """Process one line; return the new guard state and the cells that stop the rover, row by row; none: drive on.
 
     line: its beams in the map frame by the estimated `pose`, in the order of their angles.
@@ -168,7 +168,7 @@ def _runs(struck: Bool, cells: NDArray[np.int64], tracks: Bool) -> Bool:
     return found & tracks
 
 
-def judge(watch: Watch, pose: Pose, tracks: Bool, settings: Settings) -> dict[str, Bool]:
+def judge(watch: Watch, pose: Pose, tracks: Bool, settings: GuardSettings) -> dict[str, Bool]:
     """One evaluation of the strip: {'step', 'depth', 'height': cells (rows, columns)} among the tracks near the rover.
 
     Step: of the bias-corrected bounds over a cell and its 4 neighbours, with the plane's slope removed. Depth, height:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from onboard.config import Mission
 from onboard.planning.plan_records import PlanResult
 from protocol.conventions import cut
-from protocol.products.nsp import MOST_TEXT_BYTES, Explanation, Place
+from protocol.products.nsp import MOST_TEXT_BYTES, Candidate, Explanation
 
 
 def explain(result: PlanResult, mission: Mission) -> Explanation:
@@ -14,7 +14,7 @@ def explain(result: PlanResult, mission: Mission) -> Explanation:
     end_x, end_y, _ = (float(part) for part in decision.path.stations[-1])
     choices = () if found is None or found.best is None else (found.best, *found.alternatives)
     places = tuple(
-        Place(
+        Candidate(
             *c.cell,
             c.x_m,
             c.y_m,

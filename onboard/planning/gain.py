@@ -15,7 +15,7 @@ import numpy as np
 
 from onboard.native import each
 from onboard.planning import visibility
-from onboard.planning.visibility import Asked, Sector, Visibility
+from onboard.planning.visibility import Sector, Visibility, VisibilityRequest
 from onboard.records import F32, F64, Bool, Grid
 
 GAINS = ("visibility", "newly-seen")
@@ -65,8 +65,10 @@ class Sight:
         """
         half = self._eyes.sector_rad
         if not self._new:
-            return self._total(where, Asked(sector=Sector(self._to_goal_rad, half))).index, self._to_goal_rad
-        seen = self._total(where, Asked(new_half_rad=half))
+            return self._total(
+                where, VisibilityRequest(sector=Sector(self._to_goal_rad, half))
+            ).index, self._to_goal_rad
+        seen = self._total(where, VisibilityRequest(new_half_rad=half))
         new, heading = seen.new_cells[self._inner], seen.heading_rad[self._inner]
         return seen.gain[self._inner], np.where(new > 0.0, heading, self._to_goal_rad)
 
@@ -82,10 +84,10 @@ class Sight:
     def views(self, where: Bool, heading_rad: F64) -> tuple[F64, F64]:
         """Vis and the number of unknown cells seen in the sector of each heading, for the cells `where`."""
         half, turned = self._eyes.sector_rad, np.pad(np.where(where, heading_rad, 0.0), self._margin)
-        seen = self._total(where, Asked(sector=Sector(turned, half), new_half_rad=half))
+        seen = self._total(where, VisibilityRequest(sector=Sector(turned, half), new_half_rad=half))
         return seen.index[self._inner], seen.new_cells[self._inner]
 
-    def _total(self, where: Bool, asked: Asked) -> Visibility:
+    def _total(self, where: Bool, asked: VisibilityRequest) -> Visibility:
         question = replace(asked, where=np.pad(where, self._margin))
         return visibility.total(self._scene, self._beams, self._eyes.height_m, question)
 

@@ -20,7 +20,7 @@ from onboard.perception.cell_classes import classify
 from onboard.perception.cloud import cloud
 from onboard.perception.stop_map import StopMap
 from onboard.planning import drive_guard
-from onboard.planning.drive_guard import Bad, Settings, Watch
+from onboard.planning.drive_guard import Bad, GuardSettings, Watch
 from onboard.planning.plan_records import GuardLine
 from onboard.planning.wheel_footprint import tracks
 from onboard.records import F64, Bool, Cloud, Pose, TiltTrack
@@ -49,9 +49,9 @@ class Leg:
     ahead: Bool
 
 
-def settings_of(config: Config) -> Settings:
+def settings_of(config: Config) -> GuardSettings:
     """Parts of the configuration that the guard reads."""
-    return Settings(config.rover, config.mapping, config.drive_guard)
+    return GuardSettings(config.rover, config.mapping, config.drive_guard)
 
 
 def begin(memory: StopMap, pose: Pose, ways: tuple[F64, F64], config: Config) -> Leg:
@@ -66,7 +66,7 @@ def begin(memory: StopMap, pose: Pose, ways: tuple[F64, F64], config: Config) ->
     return Leg(drive_guard.begin(surface), stations, trail, 0, ahead)
 
 
-def hear(leg: Leg, line: Cloud, pose: Pose, settings: Settings) -> tuple[Leg, tuple[Bad, ...]]:
+def hear(leg: Leg, line: Cloud, pose: Pose, settings: GuardSettings) -> tuple[Leg, tuple[Bad, ...]]:
     """Process one line, in the map frame by the estimate `pose`; return the new leg and the cells that stop it."""
     at = _reached(leg, pose)
     if at != leg.at:

@@ -50,7 +50,7 @@ class Stop(NamedTuple):
     heading_rad: float
 
 
-class Tried(NamedTuple):
+class ViewpointCount(NamedTuple):
     """Number of looks from other viewpoints at a block of targets.
 
     row, column: block of BLOCK_M squares of the map.
@@ -123,7 +123,7 @@ class MissionState:
     stops: tuple[Stop, ...] = ()
     targets: tuple[tuple[float, float], ...] = ()
     marked: tuple[tuple[float, float], ...] = ()
-    tried: tuple[Tried, ...] = ()
+    tried: tuple[ViewpointCount, ...] = ()
     record_m: float = math.inf
     since_record: int = 0
     cleared: bool = False
@@ -283,7 +283,7 @@ def _failed_try(state: MissionState, situation: Situation, commit: Option) -> tu
         return _no_way(state, situation)
     view = situation.viewpoint
     if view is not None and tries_left(state, commit.target_m) > 0 and not repeats(state, view.stop):
-        tried = (*state.tried, Tried(*_block(commit.target_m), 1))
+        tried = (*state.tried, ViewpointCount(*_block(commit.target_m), 1))
         text = f"({commit.target_m[0]:.1f}, {commit.target_m[1]:.1f}) stayed unknown; it is looked at from elsewhere"
         return _drive(view, "R6", text), replace(state, tried=tried)
     text = f"what is unknown at ({commit.target_m[0]:.1f}, {commit.target_m[1]:.1f}) counts as an obstacle"

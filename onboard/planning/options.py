@@ -150,7 +150,7 @@ def viewpoint(fields: Fields, target_m: tuple[float, float], state: MissionState
     if len(cells) == 0:
         return None
     table = visibility.beams(VIEW_M + TARGET_M, fields.surface.grid.cell_m, 240)
-    asked = visibility.Asked(allowed, new_half_rad=math.pi, targets=unknown & (from_target <= TARGET_M))
+    asked = visibility.VisibilityRequest(allowed, new_half_rad=math.pi, targets=unknown & (from_target <= TARGET_M))
     seen = visibility.total(visibility.scene(fields.surface.z_mean), table, eyes.height_m, asked).new_cells[allowed]
     if seen.max() <= 0.0:
         return None

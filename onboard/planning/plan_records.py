@@ -15,7 +15,7 @@ if TYPE_CHECKING:  # its module loads scipy, which the records do not need
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class PlanningSettings:
     """The parts of the configuration that planning reads."""
 
     rover: config.Rover
@@ -49,7 +49,7 @@ class PlanRequest:
     goal_m: tuple[float, float]
     gdem: Gdem | None
     state: MissionState
-    settings: Settings
+    settings: PlanningSettings
     trail: F64
     blocked_m: tuple[tuple[float, float], ...] = ()
     slippery_m: tuple[tuple[float, float], ...] = ()

@@ -25,7 +25,7 @@ from onboard.perception.sweep import segments
 from onboard.planning import cycle, global_path
 from onboard.planning.fenced import closed
 from onboard.planning.mission_rule import MissionState
-from onboard.planning.plan_records import PlanRequest, Settings
+from onboard.planning.plan_records import PlanningSettings, PlanRequest
 from onboard.planning.poses import node_sets, pose_index, reachable
 from onboard.records import F64, CellClass, Gdem, Grid, Pose, Surface
 from protocol.products import LdemProduct, MapGrid, encode_ldem, rounded
@@ -92,9 +92,11 @@ class Prediction:
         return json.dumps(tree, separators=(",", ":")).encode()
 
 
-def settings_of(config: Config) -> Settings:
+def settings_of(config: Config) -> PlanningSettings:
     """The part of the configuration that planning reads."""
-    return Settings(config.rover, config.mapping, config.planning, config.mission, config.scanning, config.drive_guard)
+    return PlanningSettings(
+        config.rover, config.mapping, config.planning, config.mission, config.scanning, config.drive_guard
+    )
 
 
 def digest(config: Config) -> bytes:
@@ -181,7 +183,7 @@ def _as_sent(places_m: tuple[tuple[float, float], ...]) -> tuple[tuple[float, fl
     return tuple((x, y) for x, y in np.array(places_m[-1000:], np.float32).reshape(-1, 2).astype(float).tolist())
 
 
-def _beyond(found: cycle.Decided, grid: Grid) -> F64:
+def _beyond(found: cycle.PlanOutcome, grid: Grid) -> F64:
     """The optimistic way from the end of the decision's path, (m, 2); only that end if there is none."""
     chain, end = found.fields.chain, found.decision.path.stations[-1, :2]
     places = np.array([grid.x0_m, grid.y0_m]) + chain[:, 1::-1] * grid.cell_m
@@ -191,7 +193,7 @@ def _beyond(found: cycle.Decided, grid: Grid) -> F64:
     return np.concatenate([[end], places[near + 1 :]])
 
 
-def _left_m(beyond: F64, goal_m: tuple[float, float], found: cycle.Decided, tolerance_m: float) -> float:
+def _left_m(beyond: F64, goal_m: tuple[float, float], found: cycle.PlanOutcome, tolerance_m: float) -> float:
     """Length of the way beyond the map's border."""
     straight_m = dist(beyond[-1].tolist(), goal_m)
     if found.global_field is None or straight_m <= tolerance_m + found.fields.surface.grid.cell_m:

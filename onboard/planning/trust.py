@@ -28,7 +28,7 @@ from onboard.perception.cell_classes import classify
 from onboard.planning import mission_rule
 from onboard.planning.drive_guard import ahead_m
 from onboard.planning.mission_rule import MissionState, Stop
-from onboard.planning.plan_records import PlanRequest, Settings
+from onboard.planning.plan_records import PlanningSettings, PlanRequest
 from onboard.planning.wheel_footprint import driven, wheel_squares
 from onboard.records import F64, Bool, CellClass, Decision, Grid, Ldem, Path
 
@@ -97,7 +97,7 @@ def sideways(stations: F64) -> Bool:
     return found
 
 
-def seen_near(ldem: Ldem, settings: Settings, range_m: float) -> Bool:
+def seen_near(ldem: Ldem, settings: PlanningSettings, range_m: float) -> Bool:
     """Cells (rows, columns) that were seen from within range_m, or assumed under the rover at the start."""
     kind = classify(ldem, settings.mapping).cell_class
     near = (ldem.n > 0) & (ldem.view_m <= range_m)
@@ -106,7 +106,7 @@ def seen_near(ldem: Ldem, settings: Settings, range_m: float) -> Bool:
     return found
 
 
-def _swept(stations: F64, cells: NDArray[np.int64], grid: Grid, settings: Settings) -> Bool:
+def _swept(stations: F64, cells: NDArray[np.int64], grid: Grid, settings: PlanningSettings) -> Bool:
     """Flags of the cells (k, m, 2) that the guard's line has passed over SETTLE stations before a wheel arrives.
 
     The line counts sideways as far as it is within the trust range of the scanner.

@@ -26,12 +26,12 @@ from onboard.native.visibility import Beams
 from onboard.records import F32, F64, I32, Bool
 
 __all__ = [
-    "Asked",
     "Beams",
     "Scene",
     "Sector",
     "View",
     "Visibility",
+    "VisibilityRequest",
     "beams",
     "from_node",
     "predicted",
@@ -68,7 +68,7 @@ class Sector:
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class VisibilityRequest:
     """Request to `total`.
 
     where: bool (rows, columns), nodes to compute; None = all.
@@ -174,7 +174,7 @@ def scene(z_mean: F32, prediction: F32 | None = None, optimistic: bool = True) -
 
 
 def total(
-    ground: Scene, table: Beams, eye_m: float, asked: Asked | None = None, progress: Progress | None = None
+    ground: Scene, table: Beams, eye_m: float, asked: VisibilityRequest | None = None, progress: Progress | None = None
 ) -> Visibility:
     """Visibility of observers on every node, with eyes `eye_m` above the ground there.
 
@@ -182,7 +182,7 @@ def total(
 
     Raises ValueError for wrong shapes, dtypes or heights that are not finite, CancelledError when stopped.
     """
-    question = Asked() if asked is None else asked
+    question = VisibilityRequest() if asked is None else asked
     shape, count = ground.height_m.shape, len(table.dj)
     first, width = _sector(question.sector, count, shape)
     new_width = 1 if question.new_half_rad is None else _width(question.new_half_rad, count)

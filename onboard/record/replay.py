@@ -21,7 +21,7 @@ from onboard.record.reader import DamagedRecordError, Record, check_inputs, inpu
 from onboard.record.rows import first_difference
 from onboard.record.schema import LEAN, OUTPUTS, encode_outputs
 from onboard.record.writer import KEPT, MAP_END, MAP_START
-from onboard.records import Gdem, Inputs, Keeps
+from onboard.records import Gdem, Inputs, RecordedParts
 
 Look = Callable[[int, Rover], None]
 Start = tuple[Config, Gdem | None, StopMap | None, dict[str, bytes]]
@@ -76,7 +76,7 @@ def replay(path: Path, look: Look = lambda number, rover: None) -> Verdict:
         look(number, rover)
         made = encode_outputs(outputs, recorded)
         verdict.ticks += 1
-        lean = inputs.record.keeps is Keeps.LEAN or number < compared_from
+        lean = inputs.record.keeps is RecordedParts.LEAN or number < compared_from
         for topic in LEAN if lean else OUTPUTS:
             old, new = recorded.get(topic, b""), made.get(topic, b"")
             verdict.bytes_compared[topic] += len(old)

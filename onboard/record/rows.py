@@ -29,7 +29,7 @@ from onboard.record.schema import (
 from onboard.records import BusTrouble, Health, PortState
 from protocol import WireError
 from protocol.generated.can_codec import TABLE
-from protocol.link.datagrams import Kind
+from protocol.link.datagrams import DatagramKind
 
 Row = dict[str, Any]
 _DIGEST_BYTES = 8
@@ -210,4 +210,4 @@ def _ids(raw: bytes) -> list[int]:
 
 
 def _kind(number: int) -> str:
-    return Kind(number).name if number in set(Kind) else str(number)
+    return DatagramKind(number).name if number in set(DatagramKind) else str(number)

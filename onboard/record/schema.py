@@ -17,16 +17,16 @@ from onboard.records import (
     Frame,
     Health,
     Inputs,
-    Keeps,
     LinkMessage,
     Machine,
     Outputs,
     PortState,
+    RecordedParts,
     RecordStatus,
     RecordTrouble,
     Timing,
 )
-from onboard.records.status import Saved
+from onboard.records.status import SaveResult
 
 TICK = struct.Struct("<QqBB3q")
 _BUS = struct.Struct(f"<BII{len(BusTrouble)}I")
@@ -73,7 +73,7 @@ LAYOUTS = {
 INPUTS = tuple(topic for topic in LAYOUTS if topic.startswith("/in/"))
 OUTPUTS = tuple(topic for topic in LAYOUTS if topic.startswith("/out/"))
 _CHECKS = struct.Struct(f"<{len(INPUTS)}I")
-LEAN = ("/out/tick", "/out/event")  # recorded even if the disk accepts little: see onboard.records.status.Keeps
+LEAN = ("/out/tick", "/out/event")  # recorded even if the disk accepts little: see onboard.records.status.RecordedParts
 
 
 def encode_inputs(inputs: Inputs) -> dict[str, bytes]:
@@ -160,7 +160,7 @@ def read_record(raw: bytes) -> RecordStatus:
     if not raw:
         return RecordStatus()
     keeps, trouble, lost_ticks = _RECORD.unpack_from(raw)
-    return RecordStatus(Keeps(keeps), RecordTrouble(trouble), raw[_RECORD.size :].decode(), lost_ticks)
+    return RecordStatus(RecordedParts(keeps), RecordTrouble(trouble), raw[_RECORD.size :].decode(), lost_ticks)
 
 
 def _time_bytes(timing: Timing) -> bytes:
@@ -217,13 +217,15 @@ def read_link(raw: bytes) -> tuple[LinkMessage, ...]:
     return tuple(found)
 
 
-def read_saved(raw: bytes) -> tuple[Saved, ...]:
+def read_saved(raw: bytes) -> tuple[SaveResult, ...]:
     """Decode the results of /in/disk."""
     found, at = [], 0
     while at < len(raw):
         name, error = _SAVED.unpack_from(raw, at)
         at += _SAVED.size
-        found.append(Saved(raw[at : at + name].decode(), raw[at + name : at + name + error].decode(errors="replace")))
+        found.append(
+            SaveResult(raw[at : at + name].decode(), raw[at + name : at + name + error].decode(errors="replace"))
+        )
         at += name + error
     return tuple(found)
 

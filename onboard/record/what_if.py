@@ -30,7 +30,7 @@ from onboard.record.schema import OUTPUTS, POSE, encode_outputs
 SHOWN = 20  # events in the text; JSON has all
 
 
-class Told(NamedTuple):
+class OneSidedEvent(NamedTuple):
     """An event that only one of the two runs has."""
 
     t_s: float
@@ -69,8 +69,8 @@ class Report:
     channels: dict[str, Channel] = field(default_factory=lambda: {topic: Channel() for topic in OUTPUTS})
     worst_pose_m: float = 0.0
     worst_pose_tick: int = 0
-    only_recorded: list[Told] = field(default_factory=list)
-    only_now: list[Told] = field(default_factory=list)
+    only_recorded: list[OneSidedEvent] = field(default_factory=list)
+    only_now: list[OneSidedEvent] = field(default_factory=list)
     cut_off: str = ""
 
     def as_json(self) -> dict[str, Any]:
@@ -96,7 +96,7 @@ def fly(path: Path, config: Config) -> Report:
     recorded_config, gdem, memory, kept = start_state(record)
     rover, jobs = Rover(config, gdem, memory, kept), Inline(own_files(record))
     report = Report(settings_between(recorded_config, config), cut_off=record.cut_off)
-    told: tuple[list[Told], list[Told]] = [], []
+    told: tuple[list[OneSidedEvent], list[OneSidedEvent]] = [], []
     for number, recorded in record.ticks():
         check_inputs(number, recorded)
         inputs, _ = inputs_of(number, recorded)
@@ -111,7 +111,7 @@ def fly(path: Path, config: Config) -> Report:
             _compare(report, number, recorded, made)
             for rows, messages in zip(told, (recorded, made)):
                 rows += [
-                    Told(row["now_ns"] / 1e9, row["name"], row["text"])
+                    OneSidedEvent(row["now_ns"] / 1e9, row["name"], row["text"])
                     for row in json.loads(messages.get("/out/event", b"[]"))
                 ]
     report.only_recorded, report.only_now = _without(told[0], told[1]), _without(told[1], told[0])
@@ -141,7 +141,7 @@ def _compare(report: Report, number: int, recorded: Mapping[str, bytes], made: M
             report.worst_pose_m, report.worst_pose_tick = apart_m, number
 
 
-def _without(rows: list[Told], others: list[Told]) -> list[Told]:
+def _without(rows: list[OneSidedEvent], others: list[OneSidedEvent]) -> list[OneSidedEvent]:
     """Rows that the others do not have at any time; each row of the others removes one."""
     left, kept = Counter((row.name, row.text) for row in others), []
     for row in rows:

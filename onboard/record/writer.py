@@ -29,7 +29,7 @@ from onboard.planning.plan_records import PlanResult
 from onboard.record import made_by, state_checks
 from onboard.record.parts import family, first_path, make_room, part_path
 from onboard.record.schema import LAYOUTS, LEAN, encode_inputs, encode_outputs
-from onboard.records import Gdem, Inputs, Keeps, Outputs, RecordStatus, RecordTrouble
+from onboard.records import Gdem, Inputs, Outputs, RecordedParts, RecordStatus, RecordTrouble
 
 if TYPE_CHECKING:
     from mcap.writer import Writer
@@ -93,7 +93,13 @@ class Recorder:
     def status(self) -> RecordStatus:
         """Status for the inputs of the next tick."""
         waiting, limit = self.waiting_bytes, self._config.record.waiting_bytes
-        keeps = Keeps.NOTHING if waiting > limit else Keeps.LEAN if waiting > limit // 2 else Keeps.ALL
+        keeps = (
+            RecordedParts.NOTHING
+            if waiting > limit
+            else RecordedParts.LEAN
+            if waiting > limit // 2
+            else RecordedParts.ALL
+        )
         error = next((file.error for file in self._files if file.error), None)
         if error is None:
             return RecordStatus(keeps, lost_ticks=self._lost_ticks)
@@ -104,7 +110,7 @@ class Recorder:
         """Record one tick; its inputs state how much of it is recorded."""
         if not self._files:
             return
-        if inputs.record.keeps is Keeps.NOTHING:
+        if inputs.record.keeps is RecordedParts.NOTHING:
             self._lost_ticks += 1
         else:
             self._add(inputs, outputs)
@@ -143,12 +149,12 @@ class Recorder:
     def _add(self, inputs: Inputs, outputs: Outputs) -> None:
         read = encode_inputs(inputs)
         made = encode_outputs(outputs, read)
-        if inputs.record.keeps is Keeps.LEAN:
+        if inputs.record.keeps is RecordedParts.LEAN:
             made = {topic: data for topic, data in made.items() if topic in LEAN}
         for messages in (read, made):
             for topic, data in messages.items():
                 self._message(topic, inputs, data)
-        if inputs.record.keeps is Keeps.ALL and outputs.state:
+        if inputs.record.keeps is RecordedParts.ALL and outputs.state:
             self._message("/state", inputs, state_checks.encode(outputs.state))
         if inputs.record.trouble is RecordTrouble.NONE:
             for job in inputs.jobs:

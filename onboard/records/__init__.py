@@ -39,12 +39,12 @@ from onboard.records.scan import Scan as Scan
 from onboard.records.status import BusStatus as BusStatus
 from onboard.records.status import BusTrouble as BusTrouble
 from onboard.records.status import Health as Health
-from onboard.records.status import Keeps as Keeps
 from onboard.records.status import Machine as Machine
 from onboard.records.status import PortState as PortState
+from onboard.records.status import RecordedParts as RecordedParts
 from onboard.records.status import RecordStatus as RecordStatus
 from onboard.records.status import RecordTrouble as RecordTrouble
-from onboard.records.status import Save, Saved
+from onboard.records.status import Save, SaveResult
 from onboard.records.status import Timing as Timing
 
 # -- ports: inputs from the shell to the core, and requests of the core to the shell ---------------------------
@@ -72,7 +72,7 @@ class LinkMessage(NamedTuple):
     accepted: if False, the payload is empty.
     verdict: `ok`, `unkept` (onboard.records.status), or the check that failed.
     station: key id.
-    kind: protocol.link.datagrams.Kind.
+    kind: protocol.link.datagrams.DatagramKind.
     payload: without the tag.
     """
 
@@ -116,7 +116,7 @@ class Inputs:
     link_state: PortState = PortState.OPEN
     jobs: tuple[JobDone, ...] = ()
     health: Health = Health()
-    saved: tuple[Saved, ...] = ()
+    saved: tuple[SaveResult, ...] = ()
     timing: Timing = Timing()
     machine: Machine | None = None  # only in a tick after new figures were read
     record: RecordStatus = RecordStatus()
@@ -140,7 +140,7 @@ class Outputs:
     can_connect: bool = False
     lidar_bytes: bytes = b""
     lidar_connect: bool = False
-    link_payloads: tuple[tuple[int, bytes], ...] = ()  # (protocol.link.datagrams.Kind, untagged payload)
+    link_payloads: tuple[tuple[int, bytes], ...] = ()  # (protocol.link.datagrams.DatagramKind, untagged payload)
     jobs: tuple[JobRequest, ...] = ()
     cancelled: tuple[int, ...] = ()  # ids of jobs that are no longer wanted
     events: tuple[Event, ...] = ()

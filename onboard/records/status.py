@@ -69,7 +69,7 @@ class Save(NamedTuple):
     data: bytes
 
 
-class Saved(NamedTuple):
+class SaveResult(NamedTuple):
     """Result of a Save; error: empty if it is on the disk."""
 
     name: str
@@ -121,7 +121,7 @@ class Timing(NamedTuple):
     job_ns: tuple[int, ...] = ()
 
 
-class Keeps(IntEnum):
+class RecordedParts(IntEnum):
     """Parts of a tick that the record stores."""
 
     ALL = 0
@@ -146,7 +146,7 @@ class RecordStatus(NamedTuple):
     lost_ticks: ticks of which nothing was stored, since the start of the run.
     """
 
-    keeps: Keeps = Keeps.ALL
+    keeps: RecordedParts = RecordedParts.ALL
     trouble: RecordTrouble = RecordTrouble.NONE
     error: str = ""
     lost_ticks: int = 0

@@ -17,7 +17,7 @@ SHARES = {"p50": 0.5, "p99": 0.99, "p999": 0.999}
 
 
 @dataclass(frozen=True, slots=True)
-class Shell:
+class ShellStatus:
     """Values that only the shell has.
 
     clock: mode of the clock, `wall` or `lockstep`.
@@ -35,7 +35,7 @@ class Shell:
     record_bytes: int
 
 
-def report(rover: Rover, shell: Shell) -> dict[str, Any]:
+def report(rover: Rover, shell: ShellStatus) -> dict[str, Any]:
     """Return the whole report; seconds, metres, radians, bytes."""
     executive, pose = rover.executive, rover.localisation.pose
     return {

@@ -16,8 +16,8 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from protocol import WireError
-from protocol.link.transactions import Code, State
-from protocol.tables.arguments import Argument, Kind, Value
+from protocol.link.transactions import Code, RequestState
+from protocol.tables.arguments import Argument, ArgumentKind, Value
 from protocol.tables.commands import TABLE as COMMANDS
 from protocol.tables.commands import Command
 from protocol.tables.modes import SEVERITIES, Mode, Phase
@@ -107,7 +107,7 @@ _REPORT = TelemetryPacket(REPORT_APID, "REPORT", "what became of a command", (
     Field("report_request", "u32", "request id; 0: nothing was asked of the rover"),
     Field("report_packet", "u16", "sequence count of the telecommand packet; 65535: it did not come as one"),
     Field("report_command", "u8", "which command", names={0: "none"} | {row.id: row.name for row in COMMANDS}),
-    Field("report_state", "u8", "where it is", names={int(s): s.name for s in State} | {NOT_SENT: "NOT_SENT"}),
+    Field("report_state", "u8", "where it is", names={int(s): s.name for s in RequestState} | {NOT_SENT: "NOT_SENT"}),
     Field("report_code", "u8", "why it failed without having been tried", names={int(c): c.name for c in Code}),
     Field("report_serial", "u8", "rises with each report of a request"),
     Field("report_text", "text", "in words", size=_REPORT_BYTES + 1),
@@ -146,18 +146,18 @@ def field_of(argument: Argument) -> Field:
     """Return the packet field of an argument."""
     name, meaning = argument.name, argument.meaning
     match argument.kind:
-        case Kind.NUMBER:
+        case ArgumentKind.NUMBER:
             return Field(
                 name, "f64", meaning, argument.unit, limits=(argument.low, argument.high), required=argument.required
             )
-        case Kind.CHOICE:
+        case ArgumentKind.CHOICE:
             return Field(
                 name,
                 "u8",
                 meaning,
                 names=dict(enumerate(argument.choices)) | ({} if argument.required else {LEFT_OUT: "left_out"}),
             )
-        case Kind.TEXT:
+        case ArgumentKind.TEXT:
             return Field(name, "text", meaning, size=argument.most + 1)
     told = f"{meaning}: numbers x y x y ... in {argument.unit}, {argument.least} to {argument.most} points"
     return Field(name, "text", told, size=_POINT_CHARACTERS * argument.most + 1)
@@ -165,7 +165,7 @@ def field_of(argument: Argument) -> Field:
 
 def left_out(argument: Argument) -> str:
     """Text of an argument that is left out."""
-    return {Kind.NUMBER: "NaN", Kind.CHOICE: "left_out"}.get(argument.kind, "")
+    return {ArgumentKind.NUMBER: "NaN", ArgumentKind.CHOICE: "left_out"}.get(argument.kind, "")
 
 
 def fields_of(row: Command) -> tuple[Field, ...]:
@@ -173,7 +173,7 @@ def fields_of(row: Command) -> tuple[Field, ...]:
     return (*COMMAND_HEAD, *(field_of(argument) for argument in row.arguments))
 
 
-class Asked(NamedTuple):
+class CommandPacket(NamedTuple):
     """Content of a telecommand packet; ranges are not checked here.
 
     name: name of the command.
@@ -189,7 +189,7 @@ class Asked(NamedTuple):
 _BY_ID = {row.id: row for row in COMMANDS}
 
 
-def decode_command(data: bytes) -> Asked:
+def decode_command(data: bytes) -> CommandPacket:
     """Decode a telecommand packet. Raises WireError("packet") on an unknown id, a wrong length or an invalid value."""
     row = _BY_ID.get(data[0]) if data else None
     if row is None:
@@ -204,16 +204,16 @@ def decode_command(data: bytes) -> Asked:
         read = {a.name: _value(a, value) for a, value in zip(row.arguments, raw)}
     except ValueError as error:
         raise WireError("packet", f"{row.name}: {error}") from error
-    return Asked(row.name, {name: value for name, value in read.items() if value is not None}, start_s)
+    return CommandPacket(row.name, {name: value for name, value in read.items() if value is not None}, start_s)
 
 
 def _value(argument: Argument, raw: float | int | bytes) -> Value | None:
     if isinstance(raw, bytes):
         text = raw.partition(b"\0")[0].decode()
-        if argument.kind is Kind.TEXT:
+        if argument.kind is ArgumentKind.TEXT:
             return text or None
         return tuple(float(word) for word in text.replace(",", " ").split()) or None
-    if argument.kind is Kind.NUMBER:
+    if argument.kind is ArgumentKind.NUMBER:
         return None if math.isnan(raw) else float(raw)
     if raw == LEFT_OUT:
         return None

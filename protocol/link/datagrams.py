@@ -55,7 +55,7 @@ _HEAD = struct.Struct("<BBBBQI")
 OVERHEAD = _HEAD.size + TAG_BYTES
 
 
-class Kind(IntEnum):
+class DatagramKind(IntEnum):
     """First byte of a datagram. REPORT goes down as a command report, up as an acknowledgement of events."""
 
     MAVLINK = 1
@@ -117,7 +117,7 @@ class Sealer:
         """Seal a datagram of rule 4. Raises ValueError if the payload is not a telecommand that halts."""
         if not commands.halts(payload):
             raise ValueError("only a telecommand that halts the rover may be sealed so")
-        return self._sealed(Kind.TELECOMMAND, HALT, self.next_halt(), payload)
+        return self._sealed(DatagramKind.TELECOMMAND, HALT, self.next_halt(), payload)
 
     def _count_halt(self) -> int:
         self._halts += 1
@@ -130,7 +130,7 @@ class Sealer:
         return body + hmac.digest(self._key, body, "sha256")[:TAG_BYTES]
 
 
-class Opened(NamedTuple):
+class CheckedDatagram(NamedTuple):
     """A datagram that passed all checks.
 
     kind: kind of the payload.
@@ -141,7 +141,7 @@ class Opened(NamedTuple):
     halt: True if the datagram was accepted by rule 4.
     """
 
-    kind: Kind
+    kind: DatagramKind
     station: int
     counter: int
     boot_id: int
@@ -202,7 +202,7 @@ class Opener:
         self._windows: dict[int, _Window] = {}
         self._recent: dict[bytes, int] = {}  # tag -> copies refused, the oldest first
 
-    def open(self, datagram: bytes) -> Opened:
+    def open(self, datagram: bytes) -> CheckedDatagram:
         """Check and open a datagram. Raises WireError: length, tag, epoch, boot, copy, replay, jump or kind."""
         try:
             opened = self._open(datagram)
@@ -217,25 +217,27 @@ class Opener:
             del self._recent[next(iter(self._recent))]
         return opened
 
-    def _open(self, datagram: bytes) -> Opened:
+    def _open(self, datagram: bytes) -> CheckedDatagram:
         payload = unsealed(self._keys, datagram)
         kind, key_id, epoch, flags, counter, boot_id = _HEAD.unpack_from(datagram)
         if flags == HALT and self._fixed:
-            return self._open_halt(Opened(Kind.TELECOMMAND, key_id, counter, boot_id, payload, True), epoch)
+            return self._open_halt(
+                CheckedDatagram(DatagramKind.TELECOMMAND, key_id, counter, boot_id, payload, True), epoch
+            )
         if epoch not in self._keys.epochs or epoch < self.epoch or (self._fixed and epoch != self.epoch):
             raise WireError("epoch", f"{epoch}, in force {self.epoch}, loaded {self._keys.epochs}")
         if boot_id < self.boot_id or (self._fixed and boot_id != self.boot_id):
             raise WireError("boot", f"boot id {boot_id}, present {self.boot_id}")
-        if flags or not Kind.MAVLINK <= kind <= Kind.REPORT:
+        if flags or not DatagramKind.MAVLINK <= kind <= DatagramKind.REPORT:
             raise WireError("kind", f"kind {kind}, flags {flags}")
         fresh = boot_id != self.boot_id
         self._count({} if fresh else self._windows, key_id, counter)
         if fresh:
             self.boot_id, self._windows = boot_id, {key_id: _Window(counter, 1)}
         self.epoch = epoch
-        return Opened(Kind(kind), key_id, counter, boot_id, payload)
+        return CheckedDatagram(DatagramKind(kind), key_id, counter, boot_id, payload)
 
-    def _open_halt(self, opened: Opened, epoch: int) -> Opened:
+    def _open_halt(self, opened: CheckedDatagram, epoch: int) -> CheckedDatagram:
         if epoch not in self._keys.epochs:
             raise WireError("epoch", f"{epoch}, loaded {self._keys.epochs}")
         if not commands.halts(opened.payload):

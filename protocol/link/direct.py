@@ -127,7 +127,7 @@ def parse(datagram: bytes, keys: LinkKeys) -> Said | None:
     return said
 
 
-class Place(NamedTuple):
+class ListenerAddress(NamedTuple):
     """Last hello of an address.
 
     heard_ns: time of its arrival.
@@ -143,8 +143,8 @@ class Listeners:
 
     def __init__(self, keys: LinkKeys, secret: bytes) -> None:
         self._keys, self._secret = keys, secret
-        self._places: dict[int, dict[Address, Place]] = {}  # by key id; the address silent longest first
-        self._left: OrderedDict[tuple[int, Address], Place] = OrderedDict()  # former listeners
+        self._places: dict[int, dict[Address, ListenerAddress]] = {}  # by key id; the address silent longest first
+        self._left: OrderedDict[tuple[int, Address], ListenerAddress] = OrderedDict()  # former listeners
         self._answers: OrderedDict[tuple[int, int], int] = OrderedDict()  # to key id and nonce
         self._challenges: dict[int, tuple[int, int]] = {}  # by key id: second, and challenges in it
 
@@ -197,7 +197,7 @@ class Listeners:
         places.pop(sender, None)
         self._left.pop((said.key_id, sender), None)
         self._expire(said.key_id, now_ns - QUIET_NS)
-        places[sender] = Place(now_ns, said.nonce)
+        places[sender] = ListenerAddress(now_ns, said.nonce)
         if len(places) > (VIEWER_PLACES if said.key_id == DOWNLINK_KEY_ID else STATION_PLACES):
             self._leave(said.key_id, next(iter(places)))
 

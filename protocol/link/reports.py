@@ -15,7 +15,7 @@ _TEXT_BYTES = 110
 _MAX_DATA = 8
 
 
-class State(IntEnum):
+class RequestState(IntEnum):
     """State of a request. REQUESTED is set by the ground: no report was received yet."""
 
     REQUESTED = 0
@@ -31,7 +31,7 @@ class State(IntEnum):
     @property
     def final(self) -> bool:
         """True if no further report follows."""
-        return self >= State.COMPLETED
+        return self >= RequestState.COMPLETED
 
 
 class Code(IntEnum):
@@ -64,7 +64,7 @@ class Report(NamedTuple):
     request_id: int
     station: int
     serial: int
-    state: State
+    state: RequestState
     code: int = 0
     text: str = ""
     data: tuple[float, ...] = ()
@@ -83,6 +83,6 @@ def decode_report(payload: bytes) -> Report:
         request_id, station, serial, state, code, count = _REPORT.unpack_from(payload)
         at = _REPORT.size + 8 * count
         data = struct.unpack_from(f"<{count}d", payload, _REPORT.size)
-        return Report(request_id, station, serial, State(state), code, visible(payload[at:].decode()), data)
+        return Report(request_id, station, serial, RequestState(state), code, visible(payload[at:].decode()), data)
     except (struct.error, ValueError) as error:
         raise WireError("report", str(error)) from error

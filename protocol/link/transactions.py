@@ -33,7 +33,7 @@ from protocol.link.halts import Halts
 from protocol.link.report_queue import ReportQueue, key_of
 from protocol.link.reports import Code as Code
 from protocol.link.reports import Report as Report
-from protocol.link.reports import State as State
+from protocol.link.reports import RequestState as RequestState
 from protocol.link.reports import decode_report as decode_report
 from protocol.link.reports import encode_report as encode_report
 from protocol.tables import commands
@@ -64,7 +64,7 @@ class Request:
     telecommand: commands.Telecommand
     made_ns: int
     payload: bytes
-    state: State = State.REQUESTED
+    state: RequestState = RequestState.REQUESTED
     report: Report | None = None
     history: list[tuple[int, Report]] = field(default_factory=list)
     sent: int = 0
@@ -123,7 +123,7 @@ class Requester:
         for request in self._open.values():
             if now_ns < request.next_ns or (halting_only and not commands.halts(request.payload)):
                 continue
-            heard = request.state != State.REQUESTED
+            heard = request.state != RequestState.REQUESTED
             least_ns = self.halt_retry_ns if commands.halts(request.payload) else _RETRY_NS
             wait_ns = max(_ASK_NS, 2 * self.rtt_ns) if heard else max(least_ns, self.rtt_ns // 2)
             request.next_ns, request.sent = now_ns + wait_ns, request.sent + 1
@@ -166,10 +166,10 @@ class Requester:
         for request_id, request in list(self._open.items()):
             if not request.sent or request.telecommand.name in commands.HALTING:
                 continue
-            state, code, text = State.COMPLETED, Code.NONE, f"up anew, boot {boot_id}"
+            state, code, text = RequestState.COMPLETED, Code.NONE, f"up anew, boot {boot_id}"
             if request.telecommand.name != "reboot":
                 heard = request.state.name.lower()
-                state, code = State.FAILED, Code.RESTARTED
+                state, code = RequestState.FAILED, Code.RESTARTED
                 text = f"the rover restarted (boot {boot_id}) before its outcome was heard; until then: {heard}"
             reports.append(self.end(request_id, state, code, text, now_ns))
         return reports
@@ -180,7 +180,7 @@ class Requester:
         return [
             request_id
             for request_id, request in self._open.items()
-            if request.state is State.REQUESTED and commands.command(request.telecommand.name).frees
+            if request.state is RequestState.REQUESTED and commands.command(request.telecommand.name).frees
         ]
 
     def refuse(self, text: str, now_ns: int) -> list[Report]:
@@ -188,10 +188,10 @@ class Requester:
         reports = []
         for request_id, request in list(self._open.items()):
             if not commands.halts(request.payload):
-                reports.append(self.end(request_id, State.FAILED, Code.VERSION, text, now_ns))
+                reports.append(self.end(request_id, RequestState.FAILED, Code.VERSION, text, now_ns))
         return reports
 
-    def end(self, request_id: int, state: State, code: Code, text: str, now_ns: int) -> Report:
+    def end(self, request_id: int, state: RequestState, code: Code, text: str, now_ns: int) -> Report:
         """End a request with the ground's own report; it is not sent again. A later report of the rover replaces it."""
         request = self.requests[request_id]
         serial = request.report.serial + 1 if request.report else 0
@@ -208,7 +208,7 @@ class Requester:
         might be executed late; its reports are accepted. Raises WireError.
         """
         asked = commands.decode(payload)
-        state = State.REQUESTED if known is None else known.state
+        state = RequestState.REQUESTED if known is None else known.state
         made = Request(asked, now_ns, payload, state, known, sent=1, next_ns=now_ns, own=False)
         if self.requests.setdefault(asked.request_id, made) is made and known is not None:
             self._open[asked.request_id] = made
@@ -216,7 +216,7 @@ class Requester:
     def close(self, text: str, now_ns: int) -> list[Report]:
         """Cancel the requests that were never sent, because the station closes."""
         unsent = [i for i, request in self.requests.items() if not request.sent and not request.state.final]
-        return [self.end(request_id, State.CANCELLED, Code.NONE, text, now_ns) for request_id in unsent]
+        return [self.end(request_id, RequestState.CANCELLED, Code.NONE, text, now_ns) for request_id in unsent]
 
     def abandon(self, request_id: int) -> None:
         """Stop retransmitting a request. Its state stays as last reported; the rover may have executed it."""
@@ -291,17 +291,17 @@ class Executor:
         if seen is not None and not (halts and seen.payload != payload):
             self._again(seen, payload, now_ns)
             return None
-        first = Report(request_id, station, 0, State.RECEIVED)
+        first = Report(request_id, station, 0, RequestState.RECEIVED)
         if request_id <= self._forgotten.get(station, -1) and not halts:
             text = "the request id is older than all that are remembered"
-            self._say(first._replace(state=State.FAILED, code=Code.FORGOTTEN_ID, text=text), now_ns)
+            self._say(first._replace(state=RequestState.FAILED, code=Code.FORGOTTEN_ID, text=text), now_ns)
             return None
         self._remember(station, request_id, _Known(payload, first))
         key = station << 32 | request_id
         try:
             asked = commands.decode(payload)
         except WireError as error:
-            self.report(key, State.FAILED, now_ns, str(error), code=Code.UNKNOWN_COMMAND)
+            self.report(key, RequestState.FAILED, now_ns, str(error), code=Code.UNKNOWN_COMMAND)
             return None
         return self._checked(key, asked, now_ns, mode)
 
@@ -310,10 +310,10 @@ class Executor:
             self.halts.note(key >> 32, asked, now_ns)
         if asked.expiry_ns and now_ns > asked.expiry_ns:
             late_s = (now_ns - asked.expiry_ns) / 1e9
-            self.report(key, State.EXPIRED, now_ns, f"{asked.name} arrived {late_s:.1f} s after its expiry")
+            self.report(key, RequestState.EXPIRED, now_ns, f"{asked.name} arrived {late_s:.1f} s after its expiry")
             return None
         if older := self.halts.older(key >> 32, asked):
-            self.report(key, State.CANCELLED, now_ns, older, code=Code.OVERTAKEN)
+            self.report(key, RequestState.CANCELLED, now_ns, older, code=Code.OVERTAKEN)
             return None
         try:
             code = Code.RANGE
@@ -326,9 +326,9 @@ class Executor:
             code = Code.MODE
             commands.check_mode(asked.name, mode)
         except ValueError as error:
-            self.report(key, State.FAILED, now_ns, str(error), code=code)
+            self.report(key, RequestState.FAILED, now_ns, str(error), code=code)
             return None
-        self.report(key, State.ACCEPTED, now_ns)
+        self.report(key, RequestState.ACCEPTED, now_ns)
         return Order(key, asked.name, arguments, key >> 32)
 
     def _hold(self, key: int, asked: commands.Telecommand, now_ns: int) -> None:
@@ -336,11 +336,13 @@ class Executor:
             raise ValueError(f"{asked.name}: its expiry, {asked.expiry_ns / 1e9:.1f} s, is before its start")
         if len(self._waiting) == _MOST_WAITING:
             text = f"{_MOST_WAITING} requests wait for their time already; stop ends them"
-            self.report(key, State.FAILED, now_ns, text, code=Code.TOO_MANY)
+            self.report(key, RequestState.FAILED, now_ns, text, code=Code.TOO_MANY)
             return
         self._waiting[key] = asked
         self._waiting = dict(sorted(self._waiting.items(), key=lambda row: row[1].start_ns))
-        self.report(key, State.ACCEPTED, now_ns, f"waits until {asked.start_ns / 1e9:.1f} s, now {now_ns / 1e9:.1f} s")
+        self.report(
+            key, RequestState.ACCEPTED, now_ns, f"waits until {asked.start_ns / 1e9:.1f} s, now {now_ns / 1e9:.1f} s"
+        )
 
     @property
     def held(self) -> int:
@@ -366,13 +368,13 @@ class Executor:
     def cancel_waiting(self, now_ns: int, reason: str) -> None:
         """Cancel all requests that wait for their start time."""
         for key in self._waiting:
-            self.report(key, State.CANCELLED, now_ns, reason)
+            self.report(key, RequestState.CANCELLED, now_ns, reason)
         self._waiting.clear()
 
     def _again(self, seen: _Known, payload: bytes, now_ns: int) -> None:
         if seen.payload != payload:
             text = "the request id was used before for another request; a station whose numbers are lost needs new keys"
-            self._say(seen.report._replace(state=State.FAILED, code=Code.REUSED_ID, text=text), now_ns)
+            self._say(seen.report._replace(state=RequestState.FAILED, code=Code.REUSED_ID, text=text), now_ns)
         elif key_of(seen.report.station, seen.report.request_id) not in self._queue:
             self._say(seen.report, now_ns)
 
@@ -385,7 +387,14 @@ class Executor:
             self._forgotten[station] = max(self._forgotten.get(station, -1), oldest)
 
     def report(
-        self, request_id: int, state: State, now_ns: int, text: str = "", data: Sequence[float] = (), *, code: int = 0
+        self,
+        request_id: int,
+        state: RequestState,
+        now_ns: int,
+        text: str = "",
+        data: Sequence[float] = (),
+        *,
+        code: int = 0,
     ) -> None:
         """Report the progress or outcome of an Order; two copies are sent. An unknown request id is ignored."""
         known = self._known.get(request_id >> 32, {}).get(request_id & 0xFFFFFFFF)

@@ -44,8 +44,13 @@ def dictionary() -> tuple[Any, ...]:
     ]
     items = [(r.id, r.name, r.unit, r.message, r.field, r.scale) for r in telemetry.TABLE]
     enums = [
-        (kind.__name__, tuple((e.name, int(e)) for e in kind))
-        for kind in (modes.Mode, modes.Phase, transactions.State, transactions.Code)
+        (name, tuple((e.name, int(e)) for e in kind))  # the name belongs to the contract: a renamed class keeps it
+        for name, kind in (
+            ("Mode", modes.Mode),
+            ("Phase", modes.Phase),
+            ("State", transactions.RequestState),
+            ("Code", transactions.Code),
+        )
     ]
     return (
         *rows,

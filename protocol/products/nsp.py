@@ -22,7 +22,7 @@ _COUNT = struct.Struct("<IB")
 _LENGTH = struct.Struct("<H")
 
 
-class Place(NamedTuple):
+class Candidate(NamedTuple):
     """One scored candidate. score = gain_term + distance_term, the terms of Eq. 28 with weights and signs.
 
     row, column: cell of the plan's grid.
@@ -75,7 +75,7 @@ class Explanation(NamedTuple):
     reason: str
     scored: int
     cells: int
-    places: tuple[Place, ...]
+    places: tuple[Candidate, ...]
     rejected: dict[str, int]
 
 
@@ -107,7 +107,7 @@ def decode_nsp(data: bytes) -> Explanation:
         if magic != _MAGIC or places > MOST_PLACES or counts > MOST_COUNTS:
             raise ValueError(f"{magic!r}, {places} places, {counts} counts")
         at = _HEAD.size
-        found = tuple(Place(*_PLACE.unpack_from(data, at + n * _PLACE.size)) for n in range(places))
+        found = tuple(Candidate(*_PLACE.unpack_from(data, at + n * _PLACE.size)) for n in range(places))
         rejected, at = _counts(data, at + places * _PLACE.size, counts)
         texts, at = _texts(data, at)
         if at != len(data):

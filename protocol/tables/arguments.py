@@ -20,7 +20,7 @@ Value = float | str | tuple[float, ...]
 _MM = 1000.0
 
 
-class Kind(Enum):
+class ArgumentKind(Enum):
     """Encoding of an argument on the wire."""
 
     NUMBER = "number"
@@ -59,11 +59,11 @@ class Argument(NamedTuple):
     known: Collection[str] = ()
 
     @property
-    def kind(self) -> Kind:
+    def kind(self) -> ArgumentKind:
         """Encoding, derived from `choices`, `text` and `most`."""
         if self.choices:
-            return Kind.CHOICE
-        return Kind.TEXT if self.text else Kind.POINTS if self.most else Kind.NUMBER
+            return ArgumentKind.CHOICE
+        return ArgumentKind.TEXT if self.text else ArgumentKind.POINTS if self.most else ArgumentKind.NUMBER
 
     @property
     def is_angle(self) -> bool:
@@ -73,7 +73,7 @@ class Argument(NamedTuple):
     @property
     def takes_rest(self) -> bool:
         """True if the argument takes all remaining words of the line."""
-        return self.kind in (Kind.TEXT, Kind.POINTS)
+        return self.kind in (ArgumentKind.TEXT, ArgumentKind.POINTS)
 
     @property
     def allowed(self) -> str:
@@ -83,10 +83,10 @@ class Argument(NamedTuple):
             low, high, unit = math.degrees(low), math.degrees(high), unit.replace("rad", "degrees")
         span = f"{low:g} to {high:g} {unit}".rstrip()
         return {
-            Kind.NUMBER: span,
-            Kind.CHOICE: "one of " + ", ".join(self.choices),
-            Kind.TEXT: f"a text of at most {self.most} bytes",
-            Kind.POINTS: f"{self.least} to {self.most} pairs, {span}",
+            ArgumentKind.NUMBER: span,
+            ArgumentKind.CHOICE: "one of " + ", ".join(self.choices),
+            ArgumentKind.TEXT: f"a text of at most {self.most} bytes",
+            ArgumentKind.POINTS: f"{self.least} to {self.most} pairs, {span}",
         }[self.kind]
 
 
@@ -102,31 +102,31 @@ def _told(argument: Argument, given: object) -> str:
     """Return the given value as text for the error message; angles in degrees."""
     if argument.is_angle and isinstance(given, (int, float)):
         return f"{math.degrees(given):g} degrees"
-    if argument.kind is Kind.POINTS and isinstance(given, (tuple, list)) and len(given) % 2:
+    if argument.kind is ArgumentKind.POINTS and isinstance(given, (tuple, list)) and len(given) % 2:
         return f"{' '.join(f'{v:g}' for v in given)}, of which {given[-1]:g} is alone,"
     return repr(given)
 
 
 def from_words(argument: Argument, words: Sequence[str]) -> Value:
     """Parse typed words: numbers in the argument's unit, angles in degrees. Raises ValueError."""
-    if argument.kind in (Kind.CHOICE, Kind.TEXT):
+    if argument.kind in (ArgumentKind.CHOICE, ArgumentKind.TEXT):
         return " ".join(words)
     try:
         numbers = tuple(math.radians(float(w)) if argument.is_angle else float(w) for w in words)
     except ValueError:
         raise ValueError(f"`{argument.name}` should be a number, found `{' '.join(words)}`") from None
-    return numbers if argument.kind is Kind.POINTS else numbers[0]
+    return numbers if argument.kind is ArgumentKind.POINTS else numbers[0]
 
 
 def pack(argument: Argument, value: Value | None) -> bytes:
     """Encode a checked value; None encodes an argument that was left out."""
-    if argument.kind is Kind.TEXT:
+    if argument.kind is ArgumentKind.TEXT:
         data = str(value or "").encode()
         return bytes([len(data)]) + data
-    if argument.kind is Kind.POINTS:
+    if argument.kind is ArgumentKind.POINTS:
         flat = value if isinstance(value, tuple) else ()
         return struct.pack(f"<B{len(flat)}i", len(flat) // 2, *(round(v * _MM) for v in flat))
-    if argument.kind is Kind.CHOICE:
+    if argument.kind is ArgumentKind.CHOICE:
         return struct.pack("<d", math.nan if value is None else argument.choices.index(str(value)))
     return struct.pack("<d", math.nan if value is None else value)
 
@@ -137,9 +137,9 @@ def unpack(argument: Argument, raw: bytes, at: int) -> tuple[Value | None, int]:
     Ranges are not checked here. Raises WireError("telecommand") on bytes that `pack` cannot have written.
     """
     try:
-        if argument.kind is Kind.TEXT:
+        if argument.kind is ArgumentKind.TEXT:
             return _text(raw, at)
-        if argument.kind is Kind.POINTS:
+        if argument.kind is ArgumentKind.POINTS:
             count, start = raw[at], at + 1
             flat = struct.unpack_from(f"<{2 * count}i", raw, start)
             return tuple(v / _MM for v in flat) or None, start + 8 * count
@@ -148,7 +148,7 @@ def unpack(argument: Argument, raw: bytes, at: int) -> tuple[Value | None, int]:
         raise WireError("telecommand", f"`{argument.name}`: {error}") from error
     if math.isnan(number):
         return None, at + 8
-    if argument.kind is Kind.NUMBER:
+    if argument.kind is ArgumentKind.NUMBER:
         return float(number), at + 8
     if number not in range(len(argument.choices)):
         raise WireError("telecommand", f"`{argument.name}` has no choice {number:g}")
@@ -184,6 +184,6 @@ def _points(argument: Argument, given: object) -> Value | None:
     return tuple(round(float(v) * _MM) / _MM for v in inside) if len(inside) == len(given) else None
 
 
-_CHECKS: dict[Kind, Callable[[Argument, object], Value | None]] = {
-    Kind.NUMBER: _number, Kind.CHOICE: _choice, Kind.TEXT: _words, Kind.POINTS: _points,
+_CHECKS: dict[ArgumentKind, Callable[[Argument, object], Value | None]] = {
+    ArgumentKind.NUMBER: _number, ArgumentKind.CHOICE: _choice, ArgumentKind.TEXT: _words, ArgumentKind.POINTS: _points,
 }  # fmt: skip

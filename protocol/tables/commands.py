@@ -16,7 +16,7 @@ from typing import NamedTuple
 from protocol import WireError
 from protocol.products import PRODUCT_NAMES
 from protocol.tables.arguments import Argument as Argument
-from protocol.tables.arguments import Kind as Kind
+from protocol.tables.arguments import ArgumentKind as ArgumentKind
 from protocol.tables.arguments import Value as Value
 from protocol.tables.arguments import check as check_argument
 from protocol.tables.arguments import from_words, pack, unpack

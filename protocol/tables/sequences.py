@@ -56,7 +56,7 @@ class Condition(NamedTuple):
         return OPERATORS[self.compare](now, self.value)
 
 
-class Step(NamedTuple):
+class SequenceStep(NamedTuple):
     """One step of a sequence.
 
     line: the text.
@@ -75,7 +75,7 @@ class Step(NamedTuple):
     arguments: dict[str, commands.Value]
 
 
-def parse(line: str) -> Step:
+def parse(line: str) -> SequenceStep:
     """Parse a step. Raises ValueError with what was found and what is allowed."""
     words = line.split()
     after_s, condition, policy = 0.0, None, "stop"
@@ -89,12 +89,12 @@ def parse(line: str) -> Step:
     if not words:
         if not after_s and condition is None:
             raise ValueError("an empty step: write a command, `after SECONDS` or `until ITEM > VALUE within SECONDS`")
-        return Step(line, after_s, condition, policy, "", {})
+        return SequenceStep(line, after_s, condition, policy, "", {})
     name, arguments = commands.parse(words)
     if name in NEVER or name.startswith(_OPERATORS_OWN):
         raise ValueError(f"{commands.command(name).typed} is not for a sequence")
     commands.check_mode(name, Mode.STANDBY)
-    return Step(line, after_s, condition, policy, name, arguments)
+    return SequenceStep(line, after_s, condition, policy, name, arguments)
 
 
 def _condition(words: list[str]) -> Condition:

@@ -12,7 +12,7 @@ import small_gicp
 from hil.terrain.fractal import fractal_heights
 from onboard.config import Localisation, Rover
 from onboard.native import raster
-from onboard.native.cells import Mount, Turn
+from onboard.native.cells import BeamBlock, Mount
 from onboard.perception.live import LiveGrid, mount_of
 from onboard.perception.registration import MATCH_M, NEIGHBOURS, VOXEL_M, difference, register
 from onboard.records import Cloud, Grid
@@ -101,7 +101,7 @@ def rasterise_200k(repeats: int) -> Measured:
     return replace(least, note=", ".join(f"{name} {made.ratio:.1f}" for name, made in found.items()))
 
 
-def turn_by_numpy(grid: Grid, turn: Turn, mount: Mount, layers: tuple[np.ndarray, ...]) -> None:
+def turn_by_numpy(grid: Grid, turn: BeamBlock, mount: Mount, layers: tuple[np.ndarray, ...]) -> None:
     """Add the hits of one turn to flat layers n, sum, sum of squares, highest, lowest.
 
     Each step for all beams at once.
@@ -132,7 +132,7 @@ def rasterise_scan(repeats: int) -> Measured:
     """Measure one turn of 1081 beams, ranges and tilt, into a live grid."""
     azimuth, tilt = np.deg2rad(np.arange(BEAMS) * 0.25 - 135.0), np.deg2rad(np.linspace(20.0, 19.7, BEAMS))
     ranges = (2.0 + 0.1 * np.random.default_rng(1).standard_normal(BEAMS)).astype(np.float32)
-    turn = Turn(ranges, np.stack([np.cos(azimuth), np.sin(azimuth)]), np.stack([np.cos(tilt), np.sin(tilt)]), 8.0)
+    turn = BeamBlock(ranges, np.stack([np.cos(azimuth), np.sin(azimuth)]), np.stack([np.cos(tilt), np.sin(tilt)]), 8.0)
     mount = mount_of(_transform(0.03, 0.02, 0.0), Rover())  # no beam along a border
     live, size = LiveGrid(GRID), GRID.rows * GRID.columns
     layers = (np.zeros(size, np.int64), np.zeros(size), np.zeros(size), np.full(size, -np.inf), np.full(size, np.inf))

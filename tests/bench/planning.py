@@ -14,7 +14,7 @@ from onboard.perception import ldem
 from onboard.perception.cell_classes import classify
 from onboard.planning.cycle import plan
 from onboard.planning.mission_rule import MissionState
-from onboard.planning.plan_records import PlanRequest, Settings
+from onboard.planning.plan_records import PlanningSettings, PlanRequest
 from onboard.planning.pose_field import DIRECTIONS, cost_to_go, moves_m
 from onboard.planning.poses import Freedom, closeness, pose_freedom
 from onboard.records import Cloud, Grid, Pose, Surface
@@ -112,7 +112,7 @@ def local_cycle(repeats: int) -> Measured:
     seen = sweep()
     ahead = np.abs(np.arctan2(seen.ends_m[:, 1], seen.ends_m[:, 0])) <= config.scanning.sector_rad
     cloud = Cloud(seen.origin_m, np.ascontiguousarray(seen.ends_m[ahead]), seen.hit[ahead], seen.sigma_range_m)
-    settings = Settings(config.rover, config.mapping, config.planning, config.mission, config.scanning)
+    settings = PlanningSettings(config.rover, config.mapping, config.planning, config.mission, config.scanning)
     start = ldem.assume_disc(ldem.empty(grid), Pose(0.0, 0.0), config.mapping.assumed_m)
     kinds = []
 

@@ -71,7 +71,7 @@ def link_codec(repeats: int) -> Measured:
     def work() -> None:
         sealer, opener = link.Sealer(key, link.DOWNLINK_KEY_ID, 1), link.Opener(keys.downlink, boot_id=1)
         for _ in range(count):
-            opener.open(sealer.seal(link.Kind.MAVLINK, payload))
+            opener.open(sealer.seal(link.DatagramKind.MAVLINK, payload))
 
     each_s = seconds(work, repeats) / count
     return Measured(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 
-from protocol.link.transactions import State
+from protocol.link.transactions import RequestState
 from tests.bench_link.figures import Figure, Told, count, quantile
 from tests.bench_link.world import World, profile
 
@@ -45,7 +45,7 @@ def ask(seed: int, commands: int, told: Told = lambda _: None) -> Asked:
         [wait_s / (2 * LINK.one_way_s) for wait_s in waits_s],
         commands - len(times),
         sum(n - 1 for n in times.values()),
-        sum(r.state != State.COMPLETED for r in requester.requests.values()),
+        sum(r.state != RequestState.COMPLETED for r in requester.requests.values()),
     )
 
 

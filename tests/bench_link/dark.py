@@ -9,7 +9,7 @@ import numpy as np
 from ground.link.news import EventHeard, Item, News, ProductHeard
 from hil.link.impairment import Profile
 from onboard.records import Event
-from protocol.link.transactions import State
+from protocol.link.transactions import RequestState
 from tests.bench_link.figures import Figure, Told, count, quantile
 from tests.bench_link.world import S, World, profile
 
@@ -75,8 +75,8 @@ def pass_through(link: Profile, seed: int) -> Passed:
         "events": sorted(watch.events) != sorted(texts),
         "product": watch.product != data,
         "executed": done != [2.0],
-        "expired": [states["mortal"], states["second"]] != [State.EXPIRED] * 2,
-        "lasting": states["lasting"] != State.COMPLETED,
+        "expired": [states["mortal"], states["second"]] != [RequestState.EXPIRED] * 2,
+        "lasting": states["lasting"] != RequestState.COMPLETED,
         "restart": not same,
     }
     return Passed(watch.fresh_s, tuple(name for name, bad in wrong.items() if bad), world.now_s - END_S)

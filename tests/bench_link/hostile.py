@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from onboard.drivers.link.port import checked
-from protocol.link.datagrams import DOWNLINK_KEY_ID, KEY_DOWN, KEY_UP, MAX_JUMP, Keyring, Kind, Sealer
-from protocol.link.transactions import State
+from protocol.link.datagrams import DOWNLINK_KEY_ID, KEY_DOWN, KEY_UP, MAX_JUMP, DatagramKind, Keyring, Sealer
+from protocol.link.transactions import RequestState
 from tests.bench_link.asked import P95_RTT
 from tests.bench_link.figures import Figure, Told, count, quantile
 from tests.bench_link.world import KEYS, STATION, World, profile
@@ -50,7 +50,9 @@ class Enemy:
 
     def _forged(self, towards: str, boot_id: int) -> bytes:
         """Return a frame that is right in all but the key."""
-        return Sealer(bytes(32), _sender(towards), boot_id, counter=self._turn).seal(Kind.TELECOMMAND, bytes(40))
+        return Sealer(bytes(32), _sender(towards), boot_id, counter=self._turn).seal(
+            DatagramKind.TELECOMMAND, bytes(40)
+        )
 
     def _bent(self, towards: str, boot_id: int) -> bytes:
         frame = bytearray(self._pick(towards))
@@ -73,14 +75,16 @@ class Enemy:
 
     def _old_epoch(self, towards: str, boot_id: int) -> bytes:
         """Return a frame under the key of a past epoch."""
-        return self._genuine_key(towards, epoch=9).seal(Kind.TELECOMMAND, bytes(40))
+        return self._genuine_key(towards, epoch=9).seal(DatagramKind.TELECOMMAND, bytes(40))
 
     def _wrong_boot(self, towards: str, boot_id: int) -> bytes:
         """Return a frame sealed for the boot before."""
-        return self._genuine_key(towards, boot_id=boot_id - 1).seal(Kind.TELECOMMAND, bytes(40))
+        return self._genuine_key(towards, boot_id=boot_id - 1).seal(DatagramKind.TELECOMMAND, bytes(40))
 
     def _far_counter(self, towards: str, boot_id: int) -> bytes:
-        return self._genuine_key(towards, boot_id=boot_id, counter=4 * MAX_JUMP).seal(Kind.TELECOMMAND, bytes(40))
+        return self._genuine_key(towards, boot_id=boot_id, counter=4 * MAX_JUMP).seal(
+            DatagramKind.TELECOMMAND, bytes(40)
+        )
 
     def _genuine_key(self, towards: str, boot_id: int = 1, counter: int = 1 << 40, epoch: int = 0) -> Sealer:
         ring: Keyring = KEYS.command if towards == KEY_UP else KEYS.downlink
@@ -150,7 +154,7 @@ def row(quick: bool, told: Told) -> list[Figure]:
         told(f"seed {seed}: {frames} frames")
         world, waited_s = siege(seed, frames, PER_TICK)
         requests = world.session.requester.requests.values()
-        undone += sum(r.state != State.COMPLETED for r in requests) + abs(len(world.executed) - len(requests))
+        undone += sum(r.state != RequestState.COMPLETED for r in requests) + abs(len(world.executed) - len(requests))
         accepted, thrown = accepted + world.accepted, thrown + world.thrown
         waits_s.append(waited_s)
     commands, rtt_s = sum(map(len, waits_s)), 2 * LINK.one_way_s

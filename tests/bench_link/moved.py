@@ -8,7 +8,7 @@ import numpy as np
 
 from ground.link.news import News, ProductHeard
 from hil.link.impairment import Profile
-from protocol.link.transactions import State
+from protocol.link.transactions import RequestState
 from tests.bench_link.figures import Figure, Told, count, mean
 from tests.bench_link.told import LINKS
 from tests.bench_link.world import World, profile
@@ -68,7 +68,7 @@ def profiles(quick: bool, told: Told) -> list[Figure]:
             request_id = world.request("scan")
             state = world.session.requester.requests[request_id]
             world.run(400.0, lambda state=state: state.state.final)
-            once = [order.name for order in world.executed] == ["scan"] and state.state == State.COMPLETED
+            once = [order.name for order in world.executed] == ["scan"] and state.state == RequestState.COMPLETED
             wrong += not once or not move(link, seed, MAP_BYTES).right
         out.append(count("profiles", name, "a scan and a map that failed", wrong, 0, seeds))
     return out

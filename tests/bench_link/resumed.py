@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ground.link.news import News, ProductHeard
-from protocol.link.datagrams import Kind, line_bytes
-from protocol.link.transactions import Order, State
+from protocol.link.datagrams import DatagramKind, line_bytes
+from protocol.link.transactions import Order, RequestState
 from tests.bench_link.figures import Figure, Told, count, mean
 from tests.bench_link.moved import SIZE_BYTES
 from tests.bench_link.world import World, profile
@@ -24,7 +24,7 @@ def restart(name: str, loss: float, who: str, seed: int) -> tuple[float, bool]:
 
     def act(world: World, order: Order) -> None:
         object_id = world.rover.core.offer("ldem", data, "raw")
-        world.rover.core.report(order.request_id, State.COMPLETED, data=(object_id,))
+        world.rover.core.report(order.request_id, RequestState.COMPLETED, data=(object_id,))
 
     world.act, world.hear = act, lambda _, news: got.append(news) if isinstance(news, ProductHeard) else None
     world.kept = []
@@ -37,7 +37,7 @@ def restart(name: str, loss: float, who: str, seed: int) -> tuple[float, bool]:
         world.request("get", {"product": "ldem"})
     world.run(world.now_s + 900.0, lambda: bool(got))
     right = len(got) == 1 and isinstance(got[0], ProductHeard) and got[0].product.data == data
-    return world.line_bytes[Kind.BULK_CHUNK] / line_bytes(SIZE_BYTES), right
+    return world.line_bytes[DatagramKind.BULK_CHUNK] / line_bytes(SIZE_BYTES), right
 
 
 def _share(world: World) -> float:

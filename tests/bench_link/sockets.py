@@ -13,15 +13,15 @@ from multiprocessing import get_context
 from tempfile import TemporaryDirectory
 
 from ground.archive.store import Archive
-from ground.station.clock import Turn
-from ground.station.settings import Settings
+from ground.station.clock import ClockTurn
+from ground.station.settings import StationSettings
 from ground.station.station import Station
 from onboard.config import Link
 from onboard.core.downlink import Downlink
-from onboard.core.telemetry import View
+from onboard.core.telemetry import TelemetryInputs
 from onboard.drivers.link.port import LinkPort
 from protocol.link.datagrams import bench_keys
-from protocol.link.transactions import State
+from protocol.link.transactions import RequestState
 from protocol.tables.modes import Mode
 from tests.bench_link import socket_enemy
 from tests.bench_link.day import resident_bytes
@@ -76,14 +76,14 @@ class Siege:
 
     def stop_s(self) -> float | None:
         """Return the time from a new station's start to the confirmation of its stop; None: not in 30 s."""
-        settings = Settings(
+        settings = StationSettings(
             endpoint=f"udp/127.0.0.1:{self._number}", bench_seed=SEED, one_way_s=0.0, state=self._folder
         )
         began_s = time.monotonic()
         with Archive(":memory:") as archive, Station(settings, archive) as station:
             self._listen_in(station)
             request = station.session.request("stop", {}, self.now_ns)
-            while station.session.requester.requests[request].state is not State.COMPLETED:
+            while station.session.requester.requests[request].state is not RequestState.COMPLETED:
                 if time.monotonic() - began_s > LIMIT_S:
                     return None
                 self._turn(station)
@@ -103,10 +103,10 @@ class Siege:
         due_s = time.monotonic() + _TURN_S
         for order in self.core.receive(self.port.read(self.now_ns), self.now_ns):
             self.done += 1
-            self.core.report(order.request_id, State.COMPLETED)
-        self.core.sample(View(mode=Mode.STANDBY), self.now_ns)
+            self.core.report(order.request_id, RequestState.COMPLETED)
+        self.core.sample(TelemetryInputs(mode=Mode.STANDBY), self.now_ns)
         self.port.write(self.core.send(self.now_ns))
-        station.turn(Turn(self.now_ns, None))
+        station.turn(ClockTurn(self.now_ns, None))
         station.flush(self.now_ns)
         held = self.port._end._listeners.addresses(self.port._end.clock_ns())
         self.places = max(self.places, len(self._own & set(held)))

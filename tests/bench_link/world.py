@@ -16,16 +16,16 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ground.link.news import News
-from ground.link.saved_state import Kept
+from ground.link.saved_state import SavedLinkState
 from ground.link.session import Session
 from hil.link.impairment import Impairment, Profile, both_directions, load_profile
 from onboard.config import Link
 from onboard.core.downlink import Downlink
-from onboard.core.telemetry import View
+from onboard.core.telemetry import TelemetryInputs
 from onboard.drivers.link.port import checked
 from onboard.records import Estimate, Pose, PowerState, WheelState
-from protocol.link.datagrams import DOWNLINK_KEY_ID, Kind, Opener, Sealer, bench_keys, line_bytes
-from protocol.link.transactions import Order, Requester, State
+from protocol.link.datagrams import DOWNLINK_KEY_ID, DatagramKind, Opener, Sealer, bench_keys, line_bytes
+from protocol.link.transactions import Order, Requester, RequestState
 from protocol.tables.modes import Mode, Phase
 
 S = 1_000_000_000
@@ -33,7 +33,7 @@ TICK_NS = 10_000_000
 KEYS = bench_keys(7)
 STATION = 1
 _STANDING = Estimate(Pose(3.0, 4.0, 0.5, 0.01, -0.02, 0.3), np.diag([0.01, 0.03, 0.0, 0.0004]), 0.0, 0.0)
-VIEW = View(
+VIEW = TelemetryInputs(
     mode=Mode.STANDBY,
     phase=Phase.NONE,
     estimate=_STANDING,
@@ -79,7 +79,7 @@ class World:
 
     link: Profile
     seed: int
-    view: View = VIEW
+    view: TelemetryInputs = VIEW
     act: Callable[[World, Order], None] | None = None
     hear: Callable[[World, News], None] | None = None
     remembered: int = 2048  # requests in the session
@@ -96,7 +96,7 @@ class World:
         self._wake_ns: int | None = None
 
     def _new_session(self, counter: int = 0, next_id: int = 1, boot_id: int = 0) -> Session:
-        made = Session(KEYS, STATION, up_bps=self.link.up_bps, kept=Kept(boot_id))
+        made = Session(KEYS, STATION, up_bps=self.link.up_bps, kept=SavedLinkState(boot_id))
         made.requester = Requester(STATION, next_id, remembered=self.remembered)
         made.sealer.counter = counter
         return made
@@ -122,7 +122,7 @@ class World:
         for datagram in arrived:
             verdict, news = self.session.receive(datagram, now_ns)
             self.verdicts[verdict] = self.verdicts.get(verdict, 0) + 1
-            if self.kept is not None and verdict == "ok" and datagram[0] == Kind.BULK_CHUNK:
+            if self.kept is not None and verdict == "ok" and datagram[0] == DatagramKind.BULK_CHUNK:
                 self.kept.append(datagram)
             for one in news if self.hear else ():
                 self.hear(self, one)
@@ -145,7 +145,7 @@ class World:
         for order in self.rover.receive(self._take_up(now_ns), now_ns):
             self.executed.append(order)
             if self.act is None:
-                core.report(order.request_id, State.COMPLETED)
+                core.report(order.request_id, RequestState.COMPLETED)
             else:
                 self.act(self, order)
         for notice in core.notices:
@@ -168,7 +168,7 @@ class World:
 
     def beside_bulk(self) -> int:
         """Return the bytes on the line so far that were not bulk."""
-        return sum(size for kind, size in self.line_bytes.items() if kind != Kind.BULK_CHUNK)
+        return sum(size for kind, size in self.line_bytes.items() if kind != DatagramKind.BULK_CHUNK)
 
 
 _FRAME_BYTES = line_bytes(0) - 28

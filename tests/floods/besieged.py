@@ -21,11 +21,11 @@ from ground.archive.store import Archive
 from ground.cli.operations.operate import Plan, Teller, operate
 from ground.cli.operations.script import parse
 from ground.link.session import Session
-from ground.station.clock import Turn
-from ground.station.settings import Settings
+from ground.station.clock import ClockTurn
+from ground.station.settings import StationSettings
 from ground.station.station import Station
 from onboard.drivers.status_port import StatusError, ask
-from protocol.link.transactions import State
+from protocol.link.transactions import RequestState
 from tests.floods import bus_flooders, flooders
 from tests.soak.taken import MB, taken
 
@@ -128,7 +128,7 @@ class Siege:
             self._start(bus_flooders.node, (link, ground), self._ends)
         self._fly(can, lidar, f"{carrier}/127.0.0.1:{link}")
         files = {"state": str(self.disk / "station"), "archive": str(self.disk / "archive.sqlite")}
-        self._settings = Settings(
+        self._settings = StationSettings(
             endpoint=f"{carrier}/127.0.0.1:{ground}", bench_seed=SEED, up_bps=1e6, one_way_s=0.05, **files
         )
         self._begin_enemy(carrier, link, ground)
@@ -222,7 +222,7 @@ class Siege:
         while not done():
             if self.now_ns > end_ns:
                 return False
-            self._station.turn(Turn(self.now_ns, None))
+            self._station.turn(ClockTurn(self.now_ns, None))
             self._station.flush(self.now_ns)
             time.sleep(0.001)
         return True
@@ -230,7 +230,7 @@ class Siege:
     def order(self, name: str, **arguments: Any) -> Callable[[], bool]:
         """Send an order. The returned function reports whether it has ended or, if it moves the rover, begun."""
         request = self.session.request(name, arguments, self.now_ns)
-        return lambda: self.session.requester.requests[request].state in (State.COMPLETED, State.FAILED)
+        return lambda: self.session.requester.requests[request].state in (RequestState.COMPLETED, RequestState.FAILED)
 
     def status(self) -> dict[str, Any]:
         """Return the flight program's own status."""

@@ -24,7 +24,7 @@ from pathlib import Path
 from hil.devices.can.hub import CanHub
 from hil.devices.can.wheels_off_ground import TICK_NS, Stand
 from onboard.records import Frame
-from protocol.link.datagrams import Kind, Sealer
+from protocol.link.datagrams import DatagramKind, Sealer
 from protocol.link.direct import WORD_BYTES, Word
 
 SPAWN = get_context("spawn")
@@ -81,7 +81,7 @@ def _speak(rover: socket.socket, floods: Event, ends: Event) -> None:
 def datagrams(port: int, floods: Event, ends: Event) -> None:
     """Send as many as this machine can."""
     sealer = Sealer(bytes(32), 1, 1)
-    forged = [sealer.seal(Kind.TELECOMMAND, bytes(40)) for _ in range(1000)]
+    forged = [sealer.seal(DatagramKind.TELECOMMAND, bytes(40)) for _ in range(1000)]
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as out:
         while not ends.is_set():
             if not floods.wait(0.2):

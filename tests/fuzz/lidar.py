@@ -15,7 +15,7 @@ from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
 from hil.devices.lidar.commands import COMMANDS, REQUEST_LIMIT
-from hil.devices.lidar.faults import KINDS, Fault
+from hil.devices.lidar.faults import KINDS, ScheduledFault
 from hil.devices.lidar.profile import IDEAL, UTM30LX, UTM30LX_EW, Profile
 from hil.devices.lidar.sensor import QUEUE_LIMIT, Lidar
 from protocol import scip
@@ -38,7 +38,7 @@ _end = st.sampled_from((b"\n", b"\r", b"\r\n", b""))
 talks = st.lists(st.tuples(_line, _end, st.integers(0, 60)), max_size=30)  # a line, its end, ms until it comes
 
 
-def sensor_of(profile: Profile, *faults: Fault) -> Lidar:
+def sensor_of(profile: Profile, *faults: ScheduledFault) -> Lidar:
     """Return a connected sensor 5 m from everything."""
     made = Lidar(1, lambda times_ns: np.full(len(times_ns), 5.0), profile, faults)
     made.connect()
@@ -83,7 +83,7 @@ def check_talk(profile: Profile, talk: list[tuple[bytes, bytes, int]]) -> None:
 
 def check_faults(talk: list[tuple[bytes, bytes, int]], kinds: list[str]) -> None:
     """Check the same with faults of the cable and the sensor: no exception, a bounded queue."""
-    sensor, now_ms = sensor_of(UTM30LX_EW, *(Fault(kind, 0.05 * k) for k, kind in enumerate(kinds))), 0
+    sensor, now_ms = sensor_of(UTM30LX_EW, *(ScheduledFault(kind, 0.05 * k) for k, kind in enumerate(kinds))), 0
     for line, end, wait_ms in talk:
         now_ms += wait_ms
         sensor.receive(line + end, now_ms * MS)

@@ -147,7 +147,7 @@ def _points(grid: Grid, parts: list[Any]) -> tuple[np.ndarray, ...]:
 
 def _turn(grid: Grid, turn: tuple[Any, ...], mount: tuple[Any, ...]) -> tuple[np.ndarray, ...]:
     live = cells.LiveGrid(grid)
-    live.add_turn(cells.Turn(*turn), cells.Mount(*mount))
+    live.add_turn(cells.BeamBlock(*turn), cells.Mount(*mount))
     return tuple(live.cells[name] for name in cells.CELL.names or ())
 
 

@@ -13,9 +13,9 @@ from ground.gateway.origin import Origin
 from ground.gateway.signing import EPOCH_S, stamp_of
 from ground.link.session import Session
 from onboard.config import Config
-from onboard.parameters import Settings, listing
-from protocol.link.datagrams import Kind, bench_keys
-from protocol.link.transactions import State
+from onboard.parameters import ParameterSet, listing
+from protocol.link.datagrams import DatagramKind, bench_keys
+from protocol.link.transactions import RequestState
 from protocol.mavlink_frames import ned_angles, ned_from_enu
 from protocol.tables.modes import Mode, next_mode
 from tests.ground.toy_rover import TICK_NS, ToyRover
@@ -32,12 +32,12 @@ class GatewayRover(ToyRover):
 
     def __init__(self, keys, **options) -> None:
         super().__init__(keys, **options)
-        self.mode, self.settings, self.fails = Mode.STANDBY, Settings(Config()), False
+        self.mode, self.settings, self.fails = Mode.STANDBY, ParameterSet(Config()), False
         self.orders: list[tuple[str, dict]] = []
         self.goal_m = (math.nan, math.nan)
 
     def deliver(self, opened, now_ns: int) -> None:
-        if opened.kind != Kind.TELECOMMAND:
+        if opened.kind != DatagramKind.TELECOMMAND:
             super().deliver(opened, now_ns)
             return
         order = self._executor.receive(opened.station, opened.payload, now_ns, self.mode)
@@ -53,26 +53,26 @@ class GatewayRover(ToyRover):
             flat = order.arguments.get("goals_m") or (order.arguments.get("x_m"), order.arguments.get("y_m"))
             self.goal_m = tuple(math.nan if v is None else v for v in flat[:2])
             self._busy[order.request_id] = now_ns + self._drive_ns
-            self._executor.report(order.request_id, State.STARTED, now_ns)
+            self._executor.report(order.request_id, RequestState.STARTED, now_ns)
         elif order.name == "param_list":
             object_id = self._bulk.offer("parameters", listing(self.settings).encode(), "text", now_ns)
-            self._executor.report(order.request_id, State.COMPLETED, now_ns, data=(object_id,))
+            self._executor.report(order.request_id, RequestState.COMPLETED, now_ns, data=(object_id,))
         elif order.name == "param_set":
             self._set(order, now_ns)
         else:
             if order.name in ("stop", "safe", "emergency_stop"):
                 self.cancel(now_ns, "stopped by the operator")
-            self._executor.report(order.request_id, State.COMPLETED, now_ns)
+            self._executor.report(order.request_id, RequestState.COMPLETED, now_ns)
 
     def _set(self, order, now_ns: int) -> None:
         try:
             who = (now_ns, 1, order.station)
             self.settings = self.settings.set(order.arguments["parameter"], order.arguments["value"], who)
         except ValueError as error:
-            self._executor.report(order.request_id, State.FAILED, now_ns, str(error))
+            self._executor.report(order.request_id, RequestState.FAILED, now_ns, str(error))
             return
         self.event(now_ns, "PARAMETER", str(self.settings.changes[-1]))
-        self._executor.report(order.request_id, State.COMPLETED, now_ns, "set")
+        self._executor.report(order.request_id, RequestState.COMPLETED, now_ns, "set")
 
     def tick_payloads(self, now_ns: int):
         busy = bool(self._busy)
@@ -155,7 +155,7 @@ class Bed:
                 self.said.append((address, message))
 
     def _fly(self, way: str, datagram: bytes) -> None:
-        kind = Kind(datagram[0])
+        kind = DatagramKind(datagram[0])
         n = self._counts[way, kind] = self._counts.get((way, kind), -1) + 1
         if not self.silent and not self._loses(way, kind, n):
             self._air.append((self.now_ns + self._delay_ns, way, datagram))

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hil.records import PlantState, Turn, WheelTruth
+from hil.records import PlantState, TrueTurn, WheelTruth
 from hil.terrain import field_file
 from hil.terrain.field import Field, truth_height
 from hil.terrain.fractal import fractal_heights
@@ -177,7 +177,7 @@ def write_truth(path, dug=None, touches=()):
         truth.add(PlantState(now_ns, np.array([x, y, 0.0]), turned, zero, zero, zero, wheels, touching, (0.02, -0.02)))
         sweep = next((n for n, (start, _) in enumerate(LEGS, 1) if start - SCAN_S <= time_s < start), 0)
         truth.add_turn(
-            Turn(
+            TrueTurn(
                 now_ns,
                 sweep,
                 np.full((12, 3), (x, y, 0.7)),

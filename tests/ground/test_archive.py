@@ -18,7 +18,7 @@ from ground.archive.retention import fill, pack, prune
 from ground.archive.schema import APPLICATION_ID, MIGRATIONS, VERSION, open_checked
 from ground.archive.store import TABLES, Archive, ArchiveError
 from ground.link.telemetry import Event, Value
-from protocol.link.datagrams import Kind, Sealer
+from protocol.link.datagrams import DatagramKind, Sealer
 
 
 def test_rows_come_back_as_they_went_in(tmp_path):
@@ -206,7 +206,7 @@ def test_a_file_that_is_no_archive_of_ours_is_refused_at_once_though_one_would_w
 
 
 def test_a_file_of_the_first_version_is_brought_up_to_date_with_its_rows(tmp_path):
-    path, datagram = tmp_path / "old.db", Sealer(b"k" * 32, 0, 5, counter=77).seal(Kind.MAVLINK, b"")
+    path, datagram = tmp_path / "old.db", Sealer(b"k" * 32, 0, 5, counter=77).seal(DatagramKind.MAVLINK, b"")
     with sqlite3.connect(path) as db:
         db.executescript(MIGRATIONS[0])
         db.execute("insert into runs values (1, 1000, '')")
@@ -302,7 +302,7 @@ def test_a_folder_that_cannot_be_made_is_one_line(tmp_path):
 
 
 def heard(archive, counter, at_ns, boot=1):
-    datagram = Sealer(b"k" * 32, 0, boot, counter=counter).seal(Kind.MAVLINK, b"")
+    datagram = Sealer(b"k" * 32, 0, boot, counter=counter).seal(DatagramKind.MAVLINK, b"")
     archive.add("datagrams", at_ns, "down", "ok", datagram, counter, boot)
 
 

@@ -13,11 +13,11 @@ from ground.archive.read import reading, rows
 from ground.archive.store import Archive, ArchiveError
 from ground.cli.operations.open_requests import left
 from ground.link.session import Session
-from ground.station.clock import Turn
-from ground.station.settings import Settings
+from ground.station.clock import ClockTurn
+from ground.station.settings import StationSettings
 from ground.station.station import Station
 from protocol.link.datagrams import LinkKeys, bench_keys
-from protocol.link.transactions import Report, State, encode_report
+from protocol.link.transactions import Report, RequestState, encode_report
 
 KEYS, OTHERS = bench_keys(7), bench_keys(8)
 
@@ -156,13 +156,13 @@ def test_on_a_full_disk_a_goto_is_flown_events_stay_with_the_rover_and_no_row_is
     path, rover = tmp_path / "archive.db", ToyRover(KEYS, drive_s=5.0)
     wire = Wire(rover)
     with Archive(path) as archive:
-        station = Station(Settings(bench_seed=7), archive)
+        station = Station(StationSettings(bench_seed=7), archive)
         station._end = wire
 
         def fly(seconds):
             for _ in range(round(seconds * 1e9 / TICK_NS)):
                 wire.now_ns += TICK_NS
-                station.turn(Turn(wire.now_ns, None))
+                station.turn(ClockTurn(wire.now_ns, None))
                 station.flush(wire.now_ns)
 
         fly(1.0)
@@ -238,7 +238,7 @@ def test_only_of_what_moves_the_rover_a_station_that_ends_says_that_a_stop_ends_
     session = Session(KEYS, 1)
     request_id = session.request(name, {}, 0)
     session.requester.send(0)
-    session.requester.receive(encode_report(Report(request_id, 1, 1, State.ACCEPTED)), 0)
+    session.requester.receive(encode_report(Report(request_id, 1, 1, RequestState.ACCEPTED)), 0)
     assert left(session) == [f"the rover carries on with what it was told ({typed}){end}"]
 
 
@@ -256,7 +256,7 @@ def test_what_a_station_never_sent_is_cancelled_with_that_in_the_archive(tmp_pat
     monkeypatch.chdir(tmp_path)
     (tmp_path / "ground.toml").write_text("bench_seed = 7\narchive = 'archive.db'\n")
     with Archive("archive.db", 10**18) as archive:
-        station = Station(Settings(bench_seed=7), archive)
+        station = Station(StationSettings(bench_seed=7), archive)
         station._end = Wire(ToyRover(KEYS))
         with pytest.raises(KeyboardInterrupt):
             try:

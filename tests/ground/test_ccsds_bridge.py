@@ -18,14 +18,14 @@ from ground.ccsds.ports import BridgeShell, Port, parse_address
 from ground.link.news import EventHeard, Item, ReportHeard
 from ground.link.session import Session
 from ground.link.telemetry import TelemetryReceiver, Value
-from ground.station.clock import Turn
+from ground.station.clock import ClockTurn
 from ground.station.station import StationError
-from onboard.core.telemetry import Packer, View
+from onboard.core.telemetry import Packer, TelemetryInputs
 from onboard.records import Estimate, Pose, PowerState, WheelState
 from protocol.ccsds import packet_table, space_packets
 from protocol.ccsds.packet_table import COMMAND_APID, EVENT_APID, NO_PACKET, REPORT_APID
 from protocol.link.datagrams import bench_keys
-from protocol.link.transactions import Report, State
+from protocol.link.transactions import Report, RequestState
 from protocol.tables.commands import TABLE as COMMANDS
 from protocol.tables.commands import check, command, parse
 from protocol.tables.modes import Mode, Phase
@@ -115,7 +115,7 @@ def test_a_frame_of_telemetry_is_read_field_by_field_as_it_was_heard(row, reader
 def test_everything_that_the_rovers_own_packer_says_comes_through_the_reader(reader):
     """From the samplers over MAVLink and the session to packets: no item is lost, none is another's."""
     covariance = np.diag([0.01, 0.02, 0.03, 1e-4, 1e-4, 1e-4])
-    view = View(
+    view = TelemetryInputs(
         mode=Mode.AUTONOMOUS,
         phase=Phase.DRIVING,
         estimate=Estimate(Pose(1.5, -2.5, 0.25, 0.1, -0.2, 0.3), covariance, 0.1, 0.02),
@@ -156,7 +156,7 @@ def test_a_text_of_the_longest_kind_is_cut_at_a_whole_character_and_stays_readab
 
 
 def test_a_report_is_read_with_state_text_and_numbers(reader):
-    report = Report(70_000, 1, 3, State.COMPLETED, 0, "there", (1.5, -2.0))
+    report = Report(70_000, 1, 3, RequestState.COMPLETED, 0, "there", (1.5, -2.0))
     (packet,) = heard([ReportHeard(1, "goto", report)])
     fields = reader(packet)
     assert (int(fields["report_request"]), fields["report_command"], fields["report_state"]) == (
@@ -174,7 +174,7 @@ def test_sequence_counts_rise_by_one_for_each_apid_and_wrap():
     made = bridge()
     for serial in range(1, 16_390):
         made.turn([EventHeard(1, 0, serial, "info", "MODE", "")], 0)
-    made.turn([ReportHeard(1, "stop", Report(1, 1, 1, State.ACCEPTED))], 0)
+    made.turn([ReportHeard(1, "stop", Report(1, 1, 1, RequestState.ACCEPTED))], 0)
     counts = [(p.apid, p.sequence) for p in map(space_packets.decode, made.send())]
     assert counts[:2] == [(EVENT_APID, 0), (EVENT_APID, 1)]
     assert counts[16_383:16_386] == [(EVENT_APID, 16_383), (EVENT_APID, 0), (EVENT_APID, 1)]
@@ -201,7 +201,7 @@ class Operation:
     def run(self, seconds: float) -> None:
         for _ in range(round(seconds * 100)):
             now_ns = self._tick * 10_000_000
-            self.bridge.turn(self.station.turn(Turn(now_ns, None)), now_ns)
+            self.bridge.turn(self.station.turn(ClockTurn(now_ns, None)), now_ns)
             self.station.flush(now_ns)
             self.packets += self.bridge.send()
             self._tick += 1

@@ -14,7 +14,7 @@ from ground.gateway.modes import custom_mode
 from ground.gateway.orders import CANCELLED
 from ground.gateway.origin import Origin, e7
 from ground.link.news import Item
-from protocol.link.datagrams import Kind, bench_keys
+from protocol.link.datagrams import DatagramKind, bench_keys
 from protocol.tables.commands import TABLE
 from protocol.tables.modes import Mode
 from protocol.tables.telemetry import TABLE as ITEMS
@@ -403,7 +403,9 @@ def test_a_late_repetition_with_confirmation_repeats_the_acknowledgement_alone(m
 
 
 def test_a_stop_waits_for_nothing_and_nothing_asked_before_is_executed_after_it():
-    bed = Bed(loses=lambda way, kind, n: way == "up" and kind is Kind.TELECOMMAND and n < 3)  # the goto's first copies
+    bed = Bed(
+        loses=lambda way, kind, n: way == "up" and kind is DatagramKind.TELECOMMAND and n < 3
+    )  # the goto's first copies
     client = Client(bed)
     client.arm()
     goto(client, 5.0, 0.0)

@@ -20,7 +20,7 @@ from gateway_bed import NOON, OPEN, ORIGIN, Bed
 from ground.gateway.clients import Door
 from ground.gateway.frames import mavlink as m
 from ground.gateway.origin import e7
-from ground.gateway.shell import Marks, Shell
+from ground.gateway.shell import GatewayShell, Marks
 from ground.gateway.signing import Verifier
 from ground.station.station import StationError
 from protocol.tables.modes import Mode
@@ -38,7 +38,7 @@ class UdpBed(Bed):
 
     def __init__(self, stack: ExitStack, door: Door = OPEN, marks: Marks | None = None, **options) -> None:
         super().__init__(door, **options)
-        self.shell = stack.enter_context(Shell(self.gateway, marks, lambda: self.stamp))
+        self.shell = stack.enter_context(GatewayShell(self.gateway, marks, lambda: self.stamp))
         self.port = self.shell.open(door, ("127.0.0.1", 0))[1]
         self.pumps: list = []
 
@@ -188,7 +188,7 @@ def test_pymavlink_flies_by_the_signed_door_and_an_unsigned_one_gets_no_answer(s
 def test_a_port_that_is_taken_is_one_clear_line(stack):
     bed = UdpBed(stack)
     with pytest.raises(StationError, match=rf"UDP 127.0.0.1:{bed.port}: .*; name another port"):
-        Shell(bed.gateway).open(Door("unsigned"), ("127.0.0.1", bed.port))
+        GatewayShell(bed.gateway).open(Door("unsigned"), ("127.0.0.1", bed.port))
 
 
 def test_a_client_named_at_the_start_is_told_of_the_rover_without_a_word(stack, monkeypatch):

@@ -5,7 +5,7 @@ from gateway_bed import ORIGIN, Bed, Client
 
 from ground.gateway.frames import mavlink as m
 from ground.gateway.health import DEVICES, masks
-from ground.gateway.seen import Seen
+from ground.gateway.vehicle_state import VehicleState
 from protocol.tables.faults import BY_NAME
 from protocol.tables.modes import Mode
 
@@ -18,7 +18,7 @@ S = 1_000_000_000
 
 
 def seen(onboard_ns=60 * S, **values):
-    return Seen(FLYING | values, onboard_ns, False, ORIGIN)
+    return VehicleState(FLYING | values, onboard_ns, False, ORIGIN)
 
 
 def fault(*names):
@@ -34,13 +34,13 @@ def test_a_rover_that_is_well_has_all_of_them_present_enabled_and_healthy():
 )
 def test_what_no_telemetry_shows_is_absent(item, bit):
     known = {name: value for name, value in FLYING.items() if name != item}
-    for found in (masks(Seen(known, 60 * S, False, ORIGIN)), masks(seen(**{item: float("nan")}))):
+    for found in (masks(VehicleState(known, 60 * S, False, ORIGIN)), masks(seen(**{item: float("nan")}))):
         assert found == (ALL - bit,) * 3
 
 
 def test_nothing_is_there_before_the_rover_has_told_its_faults():
     known = {name: value for name, value in FLYING.items() if name != "faults"}
-    assert masks(Seen(known, 60 * S, False, ORIGIN)) == (0, 0, 0)
+    assert masks(VehicleState(known, 60 * S, False, ORIGIN)) == (0, 0, 0)
 
 
 def test_a_scanner_that_gave_no_frame_yet_and_an_imu_in_the_first_second_are_not_known():

@@ -8,7 +8,7 @@ from gateway_bed import ORIGIN, Bed, Client
 
 from ground.gateway.frames import mavlink as m
 from ground.gateway.modes import custom_mode
-from ground.gateway.orders import Answer, Asked, Known, order
+from ground.gateway.orders import GatewayAnswer, MavCommand, RoverState, order
 from protocol.tables.modes import Mode
 
 SET_MODE, CUSTOM = m.MAV_CMD_DO_SET_MODE, m.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
@@ -19,11 +19,11 @@ OURS = 100  # our mode 4 is custom mode 104
 
 
 def known(mode, enabled):
-    return Known(ORIGIN, mode, 0.0, enabled, goals_m=((3.0, 0.0), (6.0, 1.0)))
+    return RoverState(ORIGIN, mode, 0.0, enabled, goals_m=((3.0, 0.0), (6.0, 1.0)))
 
 
 def asked(*params):
-    return Asked(SET_MODE, (*params, *[0.0] * (4 - len(params))))
+    return MavCommand(SET_MODE, (*params, *[0.0] * (4 - len(params))))
 
 
 def walk():
@@ -38,7 +38,7 @@ def test_of_all_mode_numbers_only_auto_mission_and_auto_rtl_of_an_armed_rover_st
     moved = {
         (enabled, number, sub, made.name)
         for _, enabled, number, sub, made in walk()
-        if not isinstance(made, Answer) and made.name in MOVES
+        if not isinstance(made, GatewayAnswer) and made.name in MOVES
     }
     assert moved == {(True, AUTO, MISSION, "mission"), (True, AUTO, RTL, "return")}
 
@@ -53,7 +53,7 @@ def test_every_number_that_is_not_in_the_list_is_denied_with_the_list():
     listed |= {(AUTO, sub) for sub in (LOITER, MISSION, RTL)}
     for mode, _, number, sub, made in walk():
         if (number, sub) not in listed:
-            assert isinstance(made, Answer) and made.result == DENIED, (mode, number, sub)
+            assert isinstance(made, GatewayAnswer) and made.result == DENIED, (mode, number, sub)
             assert {"101 STANDBY", "103 SAFE", "104 ESTOP", "4/3 AUTO.LOITER"} <= _items(made.text)
 
 
@@ -79,11 +79,11 @@ def test_a_base_mode_without_a_custom_one_sets_nothing(base):
 ])  # fmt: skip
 def test_a_number_that_is_no_whole_mode_is_denied(params):
     made = order(asked(*params), known(Mode.STANDBY, True))
-    assert isinstance(made, Answer) and made.result == DENIED and "104 ESTOP" in made.text
+    assert isinstance(made, GatewayAnswer) and made.result == DENIED and "104 ESTOP" in made.text
 
 
 def test_auto_mission_without_goals_asks_for_an_upload():
-    made = order(asked(CUSTOM, AUTO, MISSION), Known(ORIGIN, Mode.STANDBY, 0.0, True))
+    made = order(asked(CUSTOM, AUTO, MISSION), RoverState(ORIGIN, Mode.STANDBY, 0.0, True))
     assert made.result == DENIED and "upload" in made.text
 
 

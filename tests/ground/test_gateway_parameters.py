@@ -13,7 +13,7 @@ from ground.gateway.frames import mavlink as m
 from ground.gateway.frames import text_of
 from ground.gateway.parameters import Mirror, ids_of, read_listing, word
 from onboard.config import Config
-from onboard.parameters import TABLE, Settings, listing
+from onboard.parameters import TABLE, ParameterSet, listing
 
 CRUISE, CRUISE_ID = "motion.cruise_mps", "MOT_CRUISE_MPS"
 
@@ -65,7 +65,7 @@ def test_the_list_shows_every_number_of_the_configuration_once(met):
     bed, client = met
     ask_all(client)
     bed.until(lambda: full(client))
-    known = read_listing(listing(Settings(Config())))
+    known = read_listing(listing(ParameterSet(Config())))
     assert [one.param_index for one in client.heard("PARAM_VALUE")] == list(range(len(known)))
     assert values(client)[CRUISE_ID] == pytest.approx(Config().motion.cruise_mps, rel=1e-6)
     assert bed.rover.executed == ["param_list"]
@@ -155,7 +155,7 @@ def test_a_rover_that_cannot_list_is_told_of():
 @given(st.floats(0.0625, 2.0, width=32))
 def test_what_is_sent_is_the_shortest_decimal_of_the_float32(value):
     mirror = Mirror()
-    mirror.fill(listing(Settings(Config())))
+    mirror.fill(listing(ParameterSet(Config())))
     text = word(mirror.find(CRUISE_ID), float(value))
     assert np.float32(text) == np.float32(value)
     assert len(text) <= 12

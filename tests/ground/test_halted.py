@@ -7,7 +7,7 @@ from ground.archive.store import Archive
 from ground.link.news import ReportHeard
 from ground.link.session import Session
 from hil.link.impairment import load_profile
-from protocol.link.transactions import State
+from protocol.link.transactions import RequestState
 from protocol.tables import commands
 
 GOTO = {"x_m": 1.0, "y_m": 2.0}
@@ -41,11 +41,11 @@ def test_an_unheard_goto_is_not_sent_again_after_what_halts_and_says_why(halt):
     assert sent_names(world, 2.0) == {"goto", "status"}
     world.session.request(halt, {}, world.now_ns)
     request = world.session.requester.requests[goto]
-    assert request.state is State.CANCELLED
+    assert request.state is RequestState.CANCELLED
     assert request.report.text.startswith(f"`{commands.command(halt).typed}` was asked for after it")
     assert [one.report.request_id for one in world.session.unsaid() if isinstance(one, ReportHeard)] == [goto]
     assert sent_names(world, 5.0) == {"status"}
-    assert world.session.requester.requests[get].state is State.REQUESTED
+    assert world.session.requester.requests[get].state is RequestState.REQUESTED
 
 
 def test_what_is_asked_after_the_stop_or_was_heard_of_goes_on():
@@ -53,11 +53,11 @@ def test_what_is_asked_after_the_stop_or_was_heard_of_goes_on():
     while not world.session.commanding:
         world.tick()
     heard = world.session.request("goto", GOTO, world.now_ns)
-    while world.session.requester.requests[heard].state is State.REQUESTED:
+    while world.session.requester.requests[heard].state is RequestState.REQUESTED:
         world.tick()
     world.session.request("stop", {}, world.now_ns)
     later = world.session.request("goto", GOTO, world.now_ns)
-    assert world.session.requester.requests[heard].state is not State.CANCELLED
+    assert world.session.requester.requests[heard].state is not RequestState.CANCELLED
     assert world.session.requester.unheard_moves == [later]
 
 
@@ -68,7 +68,7 @@ def test_what_the_rover_says_of_it_later_counts():
     goto = world.session.request("goto", GOTO, world.now_ns)
     world.tick()
     world.session.request("stop", {}, world.now_ns)
-    assert world.session.requester.requests[goto].state is State.CANCELLED
+    assert world.session.requester.requests[goto].state is RequestState.CANCELLED
     for _ in range(200):
         world.tick()
     assert world.session.requester.requests[goto].report.text == "stopped by the operator"

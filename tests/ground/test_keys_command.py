@@ -8,7 +8,7 @@ from virtual_station import VirtualClock
 
 from ground.__main__ import run
 from ground.cli.operations import operate
-from ground.station.settings import Settings, station_keys
+from ground.station.settings import StationSettings, station_keys
 from protocol.link.keyring import EPOCHS, KEY_DOWN, KEY_UP
 from transport.key_file import read_keys
 
@@ -121,7 +121,7 @@ def test_a_viewers_session_seals_nothing_whatever_is_asked(made):
     from ground.link.session import Session
 
     folder, _ = made
-    settings = Settings(downlink_key=str(folder / "viewer" / "downlink.key"), state="x")
+    settings = StationSettings(downlink_key=str(folder / "viewer" / "downlink.key"), state="x")
     session = Session(station_keys(settings), 1)
     with pytest.raises(ValueError, match="may watch, not command"):
         session.request("stop", {}, 0)

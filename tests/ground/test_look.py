@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 from ground.__main__ import run
-from ground.archive.link_figures import Row, figures
+from ground.archive.link_figures import DatagramRow, figures
 from ground.archive.schema import VERSION
 from ground.archive.store import Archive
 from ground.cli.operations.bars import Bars
@@ -17,7 +17,7 @@ from ground.cli.verbs import times as when
 from ground.link.news import ProductHeard, Progress
 from pictures.items import items as items_picture
 from protocol.link.bulk import Product
-from protocol.link.datagrams import Kind, Sealer
+from protocol.link.datagrams import DatagramKind, Sealer
 from protocol.tables.modes import Mode
 
 UTC_NS = 10**18  # 2001-09-09 01:46:40
@@ -31,7 +31,7 @@ def flown(tmp_path, monkeypatch):
     (tmp_path / "ground.toml").write_text("bench_seed = 7\narchive = 'archive.db'\n")
     with Archive(tmp_path / "archive.db", utc_ns=UTC_NS) as archive:
         for n in range(10):
-            datagram = Sealer(b"k" * 32, 0, 1, counter=n + 2 * (n > 4)).seal(Kind.MAVLINK, bytes(56))
+            datagram = Sealer(b"k" * 32, 0, 1, counter=n + 2 * (n > 4)).seal(DatagramKind.MAVLINK, bytes(56))
             archive.add("datagrams", n * S, "down", "ok", datagram, n + 2 * (n > 4), 1)
             archive.add("items", n * S, n * S, "voltage_v", 28 - n / 10, 1)
         archive.add("datagrams", 9 * S, "down", "tag", b"x")
@@ -210,7 +210,7 @@ ROWS = st.lists(st.integers(0, 60), max_size=80)
 
 @given(ROWS)
 def test_lost_and_heard_make_up_the_span_of_counters_whatever_the_order(counters):
-    rows = [Row(n * S, "down", "ok", 100, counter, 1) for n, counter in enumerate(counters)]
+    rows = [DatagramRow(n * S, "down", "ok", 100, counter, 1) for n, counter in enumerate(counters)]
     found = figures(rows)
     assert found.heard == len(set(counters))
     if counters:
@@ -220,7 +220,9 @@ def test_lost_and_heard_make_up_the_span_of_counters_whatever_the_order(counters
 
 def test_what_went_by_while_no_station_was_open_is_no_loss():
     runs = {1: range(0, 10), 2: range(1010, 1020), 3: range(1015, 1030, 2)}  # 2 and 3 are open together
-    rows = [Row(counter * S, "down", "ok", 100, counter, 1, run) for run, heard in runs.items() for counter in heard]
+    rows = [
+        DatagramRow(counter * S, "down", "ok", 100, counter, 1, run) for run, heard in runs.items() for counter in heard
+    ]
     found = figures(sorted(rows))
     assert (found.heard, found.lost, found.apart, found.apart_s) == (25, 5, 1000, 1001.0)
     assert (found.span_s, found.silent_s) == (28.0, 2.0)

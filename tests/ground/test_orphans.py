@@ -11,8 +11,8 @@ from toy_rover import TICK_NS, ToyRover
 from ground.archive.read import chains, reading
 from ground.archive.store import Archive
 from ground.archive.unfinished_requests import Living, Orphan, fate
-from ground.station.clock import Turn
-from ground.station.settings import Settings
+from ground.station.clock import ClockTurn
+from ground.station.settings import StationSettings
 from ground.station.station import Station
 from protocol.link.datagrams import bench_keys
 from protocol.link.transactions import Code
@@ -72,7 +72,7 @@ class Sessions:
 
     def __init__(self, folder, rover):
         self.path, self.air = folder / "archive.db", Air(rover)
-        self._settings = replace(Settings(bench_seed=7), state=str(folder / "state"), archive=str(self.path))
+        self._settings = replace(StationSettings(bench_seed=7), state=str(folder / "state"), archive=str(self.path))
 
     def fly(self, seconds, ask="", deaf_s=0.0):
         """One process that is killed after so long. deaf_s: from when on nothing passes."""
@@ -83,7 +83,7 @@ class Sessions:
             self.air.now_ns += TICK_NS
             now_ns = self.air.now_ns - zero_ns
             self.air.silent = bool(deaf_s) and now_ns >= deaf_s * S
-            station.turn(Turn(now_ns, None))
+            station.turn(ClockTurn(now_ns, None))
             if ask and n == 100:
                 station.session.request(ask, PLACE, now_ns, 60.0)
             station.flush(now_ns)

@@ -24,7 +24,7 @@ from protocol import WireError, scip
 from protocol.generated import eldorado_dialect as dialect
 from protocol.link import bulk_wire
 from protocol.link.bulk import Product
-from protocol.link.reports import Report, State, decode_report, encode_report
+from protocol.link.reports import Report, RequestState, decode_report, encode_report
 from protocol.visible import visible, visible_lines
 
 ROOT = Path(__file__).parents[2]
@@ -53,7 +53,7 @@ def test_the_name_and_text_of_an_event_come_with_control_characters_visible():
 
 
 def test_the_text_of_a_report_comes_with_control_characters_visible():
-    heard = decode_report(encode_report(Report(1, 2, 3, State.FAILED, 0, "no\x1b[2J\nway")))
+    heard = decode_report(encode_report(Report(1, 2, 3, RequestState.FAILED, 0, "no\x1b[2J\nway")))
     assert heard.text == "no\\x1b[2J\\nway"
 
 

@@ -14,7 +14,7 @@ from ground.page.live import Live
 from ground.page.maps import Maps
 from ground.page.past import read_past, thinned, trail
 from ground.products.preview import NoMapError
-from ground.station.settings import Settings
+from ground.station.settings import StationSettings
 from onboard.records import Gdem, Grid
 from protocol.link.bulk import Product
 from protocol.products import LDEM_CODEC, LdemProduct, MapGrid, encode_ldem
@@ -178,7 +178,7 @@ def test_places_are_thinned_and_no_number_is_left_out():
 
 
 def test_while_the_link_is_closed_only_a_stop_is_taken():
-    live = Live(Settings(bench_seed=7), lambda *_: None)
+    live = Live(StationSettings(bench_seed=7), lambda *_: None)
     with pytest.raises(ValueError, match="not sent"):
         live.ask("goto", {"x_m": 1.0, "y_m": 2.0}, "test")
     taken = live.ask("stop", {}, "test")

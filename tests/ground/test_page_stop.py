@@ -9,7 +9,7 @@ from ground.page.guard import Gate, Guard
 from ground.page.live import Live
 from ground.page.maps import Maps
 from ground.page.site import Site, routes
-from ground.station.settings import Settings
+from ground.station.settings import StationSettings
 
 PORT, TOKENS = 8765, Tokens("o" * 32, "v" * 32)
 JSON = {"accept": "application/json"}
@@ -17,7 +17,7 @@ JSON = {"accept": "application/json"}
 
 @pytest.fixture
 def live():
-    return Live(Settings(bench_seed=7), lambda *_: None)  # not started: its link is closed
+    return Live(StationSettings(bench_seed=7), lambda *_: None)  # not started: its link is closed
 
 
 @pytest.fixture

@@ -14,14 +14,14 @@ from ground.products.preview import READ
 from ground.station.station import StationError
 from hil.run.in_process import CAMPAIGN_STEP_NS, InMemory
 from hil.scenarios.model import Scenario, flight_settings
-from hil.world.operator import Order
+from hil.world.operator import TimedCommand
 from onboard.config import load
 from onboard.config_text import to_toml
 from onboard.parameters import TABLE as PARAMETERS
-from onboard.parameters import Settings, listing
+from onboard.parameters import ParameterSet, listing
 from onboard.planning.prediction import digest, predict
 from protocol.link import bulk
-from protocol.link.datagrams import Kind, bench_keys, payload_limit
+from protocol.link.datagrams import DatagramKind, bench_keys, payload_limit
 from protocol.products import LDEM_CODEC, LdemProduct, MapGrid, encode_ldem
 from protocol.products.pose_map import PoseMap, encode_poses
 
@@ -74,14 +74,18 @@ def told(capsys, *argv):
 def test_the_previewed_path_is_the_one_that_the_rover_then_reports(kept, capsys):
     """Scan, get ldem, preview on the ground; then the goto is given, and its answer is that path, to the millimetre."""
     scenario = Scenario(terrain="fbm", seed=3, link="lan", set=QUICK)
-    orders = [Order(0.5, "scan"), Order(9.5, "get", {"product": "ldem"}), Order(11.0, "goto", {"x_m": 2.5, "y_m": 0.7})]
+    orders = [
+        TimedCommand(0.5, "scan"),
+        TimedCommand(9.5, "get", {"product": "ldem"}),
+        TimedCommand(11.0, "goto", {"x_m": 2.5, "y_m": 0.7}),
+    ]
     bench, receiver, got = InMemory(scenario, orders, step_ns=CAMPAIGN_STEP_NS), bulk.Receiver(payload_limit(1e9)), {}
     while "way" not in got and bench.tick < 2500:
         bench.step(
             lambda tick, inputs, outputs, *_: [
                 got.update({product.name: product})
                 for kind, payload in outputs.link_payloads
-                if kind == Kind.BULK_CHUNK and (product := receiver.receive(payload, inputs.now_ns)) is not None
+                if kind == DatagramKind.BULK_CHUNK and (product := receiver.receive(payload, inputs.now_ns)) is not None
             ]
         )
     start, orbit = bench.start, bench.field.gdem
@@ -154,7 +158,7 @@ def test_other_settings_than_the_rovers_are_warned_of_until_they_were_fetched(ke
     assert "flies other settings than the default settings" in err and "`ground param list` fetches them" in err
     assert "the rover's parameters were not fetched: no link at tcp/127.0.0.1:7448: nobody is there\n" in err
     assert "assumed are the defaults of rover, mapping, planning, mission, scanning, drive_guard, motion, jobs" in err
-    kept(listing(Settings(flown)).encode(), name="parameters", codec="text")
+    kept(listing(ParameterSet(flown)).encode(), name="parameters", codec="text")
     _, later, err = told(capsys, "3", "0")
     assert err == ""
     assert float(later.split(" in ")[1].split(" s")[0]) > float(out.split(" in ")[1].split(" s")[0]) + 20
@@ -167,7 +171,7 @@ def flying(kept, monkeypatch):
     kept(flat(settings=digest(flown)))
     station = VirtualStation()
     station.rover = GatewayRover(bench_keys(7))
-    station.rover.settings = Settings(flown)
+    station.rover.settings = ParameterSet(flown)
     monkeypatch.setattr("ground.cli.operations.operate.Station", lambda *_: station)
     monkeypatch.setattr("ground.cli.operations.operate.WallClock", VirtualClock)
     return station.rover
@@ -183,7 +187,7 @@ def test_a_rover_that_answers_is_asked_for_its_parameters_and_it_is_said(flying,
 
 
 def test_a_rover_whose_parameters_were_changed_since_they_were_fetched_is_asked_again(flying, kept, capsys):
-    kept(listing(Settings(load(None, {"motion.cruise_mps": 0.03}))).encode(), name="parameters", codec="text")
+    kept(listing(ParameterSet(load(None, {"motion.cruise_mps": 0.03}))).encode(), name="parameters", codec="text")
     assert told(capsys, "3", "0")[2] == "ground: the rover's parameters were fetched from it just now\n"
 
 
@@ -200,7 +204,7 @@ def test_a_map_that_was_made_with_the_defaults_needs_no_parameters(flying, kept,
 
 def test_parameters_of_a_program_that_knows_fewer_say_which_are_assumed(kept, capsys):
     kept(flat(settings=b"12345678"))
-    listed = listing(Settings(load())).splitlines()
+    listed = listing(ParameterSet(load())).splitlines()
     fewer = "\n".join(line for line in listed if "motion.cruise_mps" not in line and "link.lease_s" not in line)
     kept(fewer.encode(), name="parameters", codec="text")
     err = told(capsys, "3", "0")[2]

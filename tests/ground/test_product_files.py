@@ -13,7 +13,7 @@ from protocol import WireError
 from protocol.link.bulk import Product
 from protocol.products import PRODUCTS, MapGrid, encode_ldem
 from protocol.products.height_std import HeightStd, encode_height_std
-from protocol.products.nsp import Explanation, Place, encode_nsp
+from protocol.products.nsp import Candidate, Explanation, encode_nsp
 from protocol.products.scan import ScanProduct, encode_scan
 
 HEIGHT_M = 0.9
@@ -51,7 +51,7 @@ def floor_scan() -> ScanProduct:
 
 TOLD = Explanation(
     2, (1.0, 2.0, 0.5), (12.0, 3.0), (4.0, 2.5, math.pi / 2), 3.2, (1.0, 0.5), "explore", "drive", "R10", "it shrinks",
-    34163, 40000, (Place(1, 2, 4.0, 2.5, 1.57, 0.9, 1.0, -0.1, 0.6, 50.0, math.inf),), {"not free": 5837},
+    34163, 40000, (Candidate(1, 2, 4.0, 2.5, 1.57, 0.9, 1.0, -0.1, 0.6, 50.0, math.inf),), {"not free": 5837},
 )  # fmt: skip
 
 

@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 from ground.cli.verbs.report import report_command
 from ground.report import pictures, run_files
 from ground.report.report import html, report
-from ground.report.run_files import NoRunError, Told, angles_rad, read_run, spans_of
+from ground.report.run_files import NoRunError, RoverEvent, angles_rad, read_run, spans_of
 from ground.report.telemetry import Collector
 from ground.report.words import EXPECTED_REFUSAL, RULES
 from hil.records import Touch
@@ -27,7 +27,7 @@ from onboard.planning import mission_rule
 from onboard.records import Pose
 from protocol.generated import eldorado_dialect as dialect
 from protocol.generated.can_codec import TABLE
-from protocol.link.datagrams import Kind
+from protocol.link.datagrams import DatagramKind
 
 
 @pytest.fixture(scope="module")
@@ -134,7 +134,7 @@ def test_a_damaged_record_of_an_earlier_boot_is_one_line(folder, tmp_path):
 
 
 def bundle(*messages):
-    return b"".join(struct.pack("<BH", Kind.MAVLINK, len(m)) + m for m in messages)
+    return b"".join(struct.pack("<BH", DatagramKind.MAVLINK, len(m)) + m for m in messages)
 
 
 def test_telemetry_currents_and_bytes_of_a_record_become_lines():
@@ -166,7 +166,7 @@ def test_every_rule_of_the_mission_has_its_sentence():
 
 @pytest.mark.parametrize(("name", "told"), [("REGISTERED", False), ("REGISTRATION_REFUSED", True)])
 def test_a_refused_registration_is_explained_where_there_is_one(folder, name, told):
-    run = replace(read_run(folder), events=(Told(3.0, "info", name, ""),))
+    run = replace(read_run(folder), events=(RoverEvent(3.0, "info", name, ""),))
     assert (escape(EXPECTED_REFUSAL) in html(run)) == told
 
 
@@ -281,7 +281,7 @@ def test_a_phase_ends_where_the_next_begins_and_the_last_with_the_mode():
         ("MODE", "AUTONOMOUS -> STANDBY: arrived", 5),
         ("PHASE", "SCANNING at stop 0", 8),
     ]
-    events = [Told(time_s, "info", name, text) for name, text, time_s in told]
+    events = [RoverEvent(time_s, "info", name, text) for name, text, time_s in told]
     assert spans_of(events, 9.0) == ((1, 3, "SCANNING"), (3, 5, "DRIVING"), (8, 9.0, "SCANNING"))
 
 

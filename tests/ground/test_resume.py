@@ -7,11 +7,11 @@ from toy_rover import ToyRover
 
 from ground.archive.store import Archive
 from ground.link.news import ProductHeard, ReportHeard
-from ground.link.saved_state import Kept
+from ground.link.saved_state import SavedLinkState
 from ground.link.session import Session
 from hil.link.impairment import load_profile
-from protocol.link.datagrams import OVERHEAD, Kind, bench_keys, numbers
-from protocol.link.transactions import State
+from protocol.link.datagrams import OVERHEAD, DatagramKind, bench_keys, numbers
+from protocol.link.transactions import RequestState
 
 S = 1_000_000_000
 DAY_NS = 86_400 * S
@@ -34,7 +34,9 @@ class Restarted(World):
             return verdict, news
 
         def count(datagram, now_ns):
-            self.chunks += datagram[0] == Kind.BULK_CHUNK and datagram[OVERHEAD - 8 : OVERHEAD - 6] != b"\xff\xff"
+            self.chunks += (
+                datagram[0] == DatagramKind.BULK_CHUNK and datagram[OVERHEAD - 8 : OVERHEAD - 6] != b"\xff\xff"
+            )
             return offer(datagram, now_ns)
 
         self.session.receive = receive
@@ -43,7 +45,7 @@ class Restarted(World):
 
     def new_station(self, archive):
         old, self.archive = self.session, archive
-        self.session = Session(KEYS, 1, kept=Kept(old.boot_id))
+        self.session = Session(KEYS, 1, kept=SavedLinkState(old.boot_id))
         self.session.sealer.counter, self.session.requester.next_id = old.sealer.counter, old.requester.next_id
         self.session.recall(archive.chunks)
         self._watch()
@@ -94,7 +96,7 @@ def test_a_rover_that_restarts_ends_the_request_with_a_reason_and_asked_again_it
     world.new_rover()
     world.until(lambda: world.session.boot_id == 2)
     request = world.session.requester.requests[asked]
-    assert request.state is State.FAILED and "ask again: what came is kept" in request.report.text
+    assert request.state is RequestState.FAILED and "ask again: what came is kept" in request.report.text
     assert world.heard(ReportHeard)[-1].report == request.report
     before = world.chunks
     ask(world)
@@ -126,7 +128,9 @@ def test_damaged_and_foreign_parts_are_dropped_with_one_line_and_lose_nothing(tm
     with Archive(path, utc_ns=DAY_NS) as first:
         world = Restarted(load_profile("moon"), first)
         half_way(world)
-        first.add("datagrams", 0, "down", "ok", ToyRover(bench_keys(8))._sealer.seal(Kind.BULK_CHUNK, bytes(30)))
+        first.add(
+            "datagrams", 0, "down", "ok", ToyRover(bench_keys(8))._sealer.seal(DatagramKind.BULK_CHUNK, bytes(30))
+        )
     with sqlite3.connect(path) as db:
         spoilt = "select rowid from datagrams where substr(data, 1, 1) = x'02' order by rowid desc limit 3"
         db.execute(f"update datagrams set data = cast(substr(data, 1, 100) || x'00' as blob) where rowid in ({spoilt})")

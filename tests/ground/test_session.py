@@ -12,7 +12,7 @@ from ground.link.news import EventHeard, Item, ProductHeard, ReportHeard
 from ground.link.session import Session
 from hil.link.impairment import Profile, both_directions, load_profile
 from protocol.link.datagrams import Opener, bench_keys
-from protocol.link.transactions import State
+from protocol.link.transactions import RequestState
 from protocol.products import decode_ldem, encode_ldem
 from protocol.tables import commands
 
@@ -63,7 +63,7 @@ def test_goto_completes_and_is_executed_once_at_30_percent_loss(seed):
     assert runner.result is True
     assert world.rover.executed == ["goto"]
     reports = world.heard(ReportHeard)
-    assert reports[-1].report.state == State.COMPLETED
+    assert reports[-1].report.state == RequestState.COMPLETED
     assert reports[-1].report.text == "there"
 
 
@@ -171,7 +171,7 @@ def test_after_a_reboot_nothing_of_the_boot_before_is_shown_and_what_was_under_w
     assert verdict == "ok" and onboard_ns >= 900 * S
     assert {item.onboard_ns for item in world.session.items.values()} == {0}
     told = [(one.report.request_id, one.name, one.report.state) for one in news if isinstance(one, ReportHeard)]
-    assert told == [(reboot, "reboot", State.COMPLETED), (goto, "goto", State.FAILED)]
+    assert told == [(reboot, "reboot", RequestState.COMPLETED), (goto, "goto", RequestState.FAILED)]
 
 
 @pytest.mark.parametrize(
@@ -210,4 +210,4 @@ def test_a_goto_that_arrives_after_its_lifetime_is_reported_expired():
         world.tick(runner)
     assert runner.result is False
     assert world.rover.executed == []
-    assert world.heard(ReportHeard)[-1].report.state == State.EXPIRED
+    assert world.heard(ReportHeard)[-1].report.state == RequestState.EXPIRED

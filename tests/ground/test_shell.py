@@ -12,9 +12,9 @@ from virtual_station import VirtualClock, VirtualStation
 
 from ground.archive.store import Archive
 from ground.cli.operations.operate import Teller
-from ground.cli.shell.shell import Shell, completions
+from ground.cli.shell.shell import OperatorShell, completions
 from ground.cli.shell.terminal import Live, from_pipe, in_terminal, opened, piped
-from ground.station.settings import Settings
+from ground.station.settings import StationSettings
 from ground.station.station import StationError
 from protocol.tables import commands
 
@@ -25,7 +25,7 @@ class World:
     def __init__(self, contact_s=0.0, **station):
         self.said, self.verbs, self.saved = [], [], []
         self.station = VirtualStation(**station)
-        self.shell = Shell(lambda words: self.verbs.append(words) or 0)
+        self.shell = OperatorShell(lambda words: self.verbs.append(words) or 0)
         self.live = Live(
             self.station,
             VirtualClock(),
@@ -123,7 +123,7 @@ def test_what_needs_no_link_goes_to_the_command_line():
 
 def test_a_locked_archive_delays_no_start_is_told_and_is_written_when_it_can_be(tmp_path):
     path = tmp_path / "archive.db"
-    settings = Settings(bench_seed=7, archive=str(path))
+    settings = StationSettings(bench_seed=7, archive=str(path))
     with Archive(path, 1):
         pass
     other = sqlite3.connect(path, isolation_level=None)

@@ -15,14 +15,14 @@ from toy_rover import TICK_NS, ToyRover
 
 from ground.archive.store import Archive
 from ground.station.memory import COUNTERS, GAP, Memory
-from ground.station.settings import Settings
+from ground.station.settings import StationSettings
 from ground.station.station import Station
 from ground.station.user import by_hand
 from hil.run.processes import free_ports
 from onboard.config import ConfigError
 from onboard.drivers.link.port import LinkPort
 from protocol import barrier
-from protocol.link.datagrams import Kind, Opener, Sealer, bench_keys
+from protocol.link.datagrams import DatagramKind, Opener, Sealer, bench_keys
 
 ROOT = Path(__file__).parents[2]
 KEYS = bench_keys(7)
@@ -199,7 +199,7 @@ def test_processes_of_one_station_stay_within_the_rovers_window_however_they_tak
         def say(self):
             if self.sealer.counter + 512 > self.block.counter_end or self.memory.behind(self.sealer.counter):
                 self.take()
-            rover.open(self.sealer.seal(Kind.MAVLINK, b""))  # raises where it is too old, or was there before
+            rover.open(self.sealer.seal(DatagramKind.MAVLINK, b""))  # raises where it is too old, or was there before
 
     quiet, loud = Process(), Process()
     for _ in range(3000):
@@ -211,7 +211,7 @@ def test_processes_of_one_station_stay_within_the_rovers_window_however_they_tak
 
 
 def test_request_ids_rise_in_the_order_of_asking_over_all_processes_of_a_station(tmp_path):
-    settings = Settings(bench_seed=7, state=str(tmp_path))
+    settings = StationSettings(bench_seed=7, state=str(tmp_path))
     stations = [Station(settings, Archive(":memory:")) for _ in range(3)]
     rng, asked = random.Random(3), []
     for _ in range(400):
@@ -226,7 +226,7 @@ def test_the_archive_has_who_asked(tmp_path, monkeypatch):
     monkeypatch.setattr("getpass.getuser", lambda: "alice")
     monkeypatch.setattr("socket.gethostname", lambda: "desk")
     with Archive(":memory:") as archive:
-        station = Station(Settings(bench_seed=7), archive)
+        station = Station(StationSettings(bench_seed=7), archive)
         station.session.asked_by = by_hand("command line")
         station.session.request("status", {}, 0)
         station.session.request("stop", {}, 0, asked_by="gateway 127.0.0.1:14555 system 255, unsigned")
@@ -247,7 +247,7 @@ def test_a_user_without_a_name_is_told_by_number(monkeypatch):
 
 
 def test_a_stop_is_asked_though_the_stations_disk_has_gone(tmp_path):
-    station = Station(Settings(bench_seed=7, state=str(tmp_path / "state")), Archive(":memory:"))
+    station = Station(StationSettings(bench_seed=7, state=str(tmp_path / "state")), Archive(":memory:"))
     first = station.session.request("status", {}, 0)
     (tmp_path / "state" / "station-1.json").write_text("[]")
     assert station.session.request("stop", {}, 0) == first + 1

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from ground.archive.store import Archive
-from ground.station.clock import Turn
-from ground.station.settings import Settings
+from ground.station.clock import ClockTurn
+from ground.station.settings import StationSettings
 from ground.station.station import Station
 from protocol import WireError
 from protocol.link import direct
@@ -61,14 +61,14 @@ def test_ground_stop_is_sent_before_a_hello_is_answered(tmp_path, rover):
 
 
 def over_udp(rover: socket.socket, halts: bool) -> Station:
-    settings = Settings(endpoint=f"udp/127.0.0.1:{rover.getsockname()[1]}", bench_seed=7, one_way_s=0.0)
+    settings = StationSettings(endpoint=f"udp/127.0.0.1:{rover.getsockname()[1]}", bench_seed=7, one_way_s=0.0)
     return Station(settings, Archive(":memory:"), S if halts else None)
 
 
 @pytest.mark.parametrize(("name", "stays"), [("stop", True), ("safe", True), ("status", False)])
 def test_a_station_that_nobody_answers_stays_while_what_stops_the_rover_is_open(rover, name, stays):
     with over_udp(rover, False) as station:
-        station.turn(Turn(0, None))
+        station.turn(ClockTurn(0, None))
         assert not station.linked
         station.session.request(name, {}, 0)
         station.flush(0)

@@ -10,9 +10,9 @@ from toy_rover import TICK_NS, ToyRover
 from ground.__main__ import run
 from ground.archive.store import Archive
 from ground.station import halt_numbers
-from ground.station.clock import Turn
+from ground.station.clock import ClockTurn
 from ground.station.memory import Memory
-from ground.station.settings import Settings
+from ground.station.settings import StationSettings
 from ground.station.station import Station
 from onboard.config import ConfigError
 from protocol.link.datagrams import MAX_JUMP, bench_keys
@@ -27,7 +27,7 @@ class Bed:
 
     def __init__(self, folder, monkeypatch):
         self.folder, self.rover, self.full, self.utc_s, self.now_ns = folder, ToyRover(KEYS), False, UTC_S, 0
-        self.settings = Settings(bench_seed=7, state=str(folder / "state"))
+        self.settings = StationSettings(bench_seed=7, state=str(folder / "state"))
         write = Memory._write
 
         def refuses(memory, tree):
@@ -48,7 +48,7 @@ class Bed:
         request = 0
         for n in range(round(seconds * 1e9 / TICK_NS)):
             wire.now_ns = self.now_ns = self.now_ns + TICK_NS
-            station.turn(Turn(wire.now_ns - began_ns, None))
+            station.turn(ClockTurn(wire.now_ns - began_ns, None))
             if n == (0 if halts else 100):
                 request = station.session.request(name, arguments or {}, wire.now_ns - began_ns)
             station.flush(wire.now_ns - began_ns)

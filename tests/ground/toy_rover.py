@@ -9,7 +9,7 @@ import numpy as np
 
 from protocol.generated import eldorado_dialect as dialect
 from protocol.link import bulk, events, transactions
-from protocol.link.datagrams import DOWNLINK_KEY_ID, Kind, LinkKeys, Opener, Sealer, payload_limit
+from protocol.link.datagrams import DOWNLINK_KEY_ID, DatagramKind, LinkKeys, Opener, Sealer, payload_limit
 from protocol.link.versions import OURS
 from protocol.mavlink_frames import ned_from_enu
 from protocol.products import LDEM_CODEC, LdemProduct, MapGrid, encode_ldem
@@ -53,13 +53,13 @@ class ToyRover:
 
     def deliver(self, opened, now_ns: int) -> None:
         """What the real rover's core sees: an accepted LinkMessage or Opened."""
-        if opened.kind == Kind.TELECOMMAND:
+        if opened.kind == DatagramKind.TELECOMMAND:
             order = self._executor.receive(opened.station, opened.payload, now_ns, Mode.STANDBY)
             if order is not None:
                 self._execute(order, now_ns)
-        elif opened.kind == Kind.BULK_BITMAP:
+        elif opened.kind == DatagramKind.BULK_BITMAP:
             self._bulk.receive(opened.payload, now_ns)
-        elif opened.kind == Kind.REPORT:
+        elif opened.kind == DatagramKind.REPORT:
             self._events.acknowledge(opened.payload)
 
     @property
@@ -72,17 +72,17 @@ class ToyRover:
         if order.name == "goto":
             self.cancel(now_ns, "another goto came")
             self._busy[order.request_id] = now_ns + self._drive_ns
-            self._executor.report(order.request_id, transactions.State.STARTED, now_ns)
+            self._executor.report(order.request_id, transactions.RequestState.STARTED, now_ns)
             return
         if order.name == "lease_ask" and self.lease_of:
-            self._executor.report(order.request_id, transactions.State.STARTED, now_ns)
+            self._executor.report(order.request_id, transactions.RequestState.STARTED, now_ns)
             return
         if order.name == "stop":
             self.cancel(now_ns, "stopped by the operator")
         if order.name == "get":
             object_id = self._bulk.offer("ldem", self.map, LDEM_CODEC, now_ns)
             data = (object_id,) if self.names_object else ()
-        self._executor.report(order.request_id, transactions.State.COMPLETED, now_ns, data=data)
+        self._executor.report(order.request_id, transactions.RequestState.COMPLETED, now_ns, data=data)
 
     def tick(self, now_ns: int) -> list[bytes]:
         return [self._sealer.seal(kind, payload) for kind, payload in self.tick_payloads(now_ns)]
@@ -91,20 +91,20 @@ class ToyRover:
         for request_id, until_ns in list(self._busy.items()):
             if now_ns >= until_ns:
                 del self._busy[request_id]
-                state = transactions.State.FAILED if self.fails else transactions.State.COMPLETED
+                state = transactions.RequestState.FAILED if self.fails else transactions.RequestState.COMPLETED
                 self._executor.report(request_id, state, now_ns, "no way" if self.fails else "there")
                 self.event(now_ns, "FAILED" if self.fails else "ARRIVED", "no way" if self.fails else "there")
         self._tokens = min(self._tokens + self._bytes_per_tick, 2000.0)
-        out: list[tuple[int, bytes]] = [(Kind.REPORT, p) for p in self._executor.send(now_ns)]
+        out: list[tuple[int, bytes]] = [(DatagramKind.REPORT, p) for p in self._executor.send(now_ns)]
         if self.tells and now_ns % 500_000_000 == 0:
-            out.append((Kind.MAVLINK, self._telemetry(now_ns)))
+            out.append((DatagramKind.MAVLINK, self._telemetry(now_ns)))
         for serial, frame in self._events.due(now_ns):
-            out.append((Kind.MAVLINK, frame))
+            out.append((DatagramKind.MAVLINK, frame))
             self._events.sent(serial, now_ns)
         self._tokens -= sum(len(p) + 60 for _, p in out)
         chunks = self._bulk.send(now_ns, self._tokens)
         self._tokens -= sum(len(p) + 60 for p in chunks)
-        return out + [(Kind.BULK_CHUNK, p) for p in chunks]
+        return out + [(DatagramKind.BULK_CHUNK, p) for p in chunks]
 
     def _telemetry(self, now_ns: int) -> bytes:
         ms = now_ns // 1_000_000
@@ -135,7 +135,7 @@ class ToyRover:
     def cancel(self, now_ns: int, reason: str) -> None:
         """Ends what is under way, as a stop or another goto does."""
         for request_id in self._busy:
-            self._executor.report(request_id, transactions.State.CANCELLED, now_ns, reason)
+            self._executor.report(request_id, transactions.RequestState.CANCELLED, now_ns, reason)
         self._busy.clear()
 
     def event(self, now_ns: int, name: str, text: str) -> None:

@@ -3,7 +3,7 @@
 from toy_rover import TICK_NS, ToyRover
 
 from ground.link.session import Session
-from ground.station.clock import Turn
+from ground.station.clock import ClockTurn
 from protocol.link.datagrams import bench_keys
 
 S = 1_000_000_000
@@ -22,12 +22,12 @@ class VirtualClock:
     def __exit__(self, *_) -> None:
         pass
 
-    def turn(self, sent: int, wake_ns: int | None) -> Turn:
+    def turn(self, sent: int, wake_ns: int | None) -> ClockTurn:
         self._now_ns += TICK_NS
         if self._jumps and wake_ns is not None:
             self._now_ns = max(self._now_ns, wake_ns)
         assert self._now_ns < self._limit_ns, "the operation does not end"
-        return Turn(self._now_ns, None)
+        return ClockTurn(self._now_ns, None)
 
     def finish(self, sent: int, code: int) -> None:
         pass
@@ -64,7 +64,7 @@ class VirtualStation:
     def _passes(self) -> bool:
         return self.linked and not any(start_s <= self._now_s < end_s for start_s, end_s in self._silent)
 
-    def turn(self, turn: Turn) -> list:
+    def turn(self, turn: ClockTurn) -> list:
         self._now_s = turn.now_ns / S
         sent = self.rover.tick(turn.now_ns)
         return [one for datagram in sent if self._passes for one in self.session.receive(datagram, turn.now_ns)[1]]

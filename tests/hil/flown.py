@@ -18,7 +18,7 @@ from hil.terrain.craters import CraterLaw
 from hil.terrain.field import Field
 from hil.terrain.recipe import Course, Recipe, compose
 from hil.terrain.rock_sizes import Golombek
-from hil.world.operator import Order
+from hil.world.operator import TimedCommand
 
 SCENARIO = Scenario(terrain="fbm", seed=4, link="lan", set={  # a scan in 15 s, a short way
     "scanning.start_rad": 1.05, "scanning.end_rad": -0.1, "scanning.spacing_m": 0.15, "scanning.floor_rad": 0.006,
@@ -29,7 +29,7 @@ SCENARIO = Scenario(terrain="fbm", seed=4, link="lan", set={  # a scan in 15 s, 
 
 def flown(record: Path | None = None, observe: Observe = lambda *_: None) -> Flight:
     """A scan; then a mission: a scan ahead that registers to it, one behind, a plan, a short drive under the guard."""
-    orders = [Order(0.5, "scan"), Order(9.5, "goto", {"x_m": 1.5, "y_m": 0.0})]
+    orders = [TimedCommand(0.5, "scan"), TimedCommand(9.5, "goto", {"x_m": 1.5, "y_m": 0.0})]
     return InMemory(SCENARIO, orders, step_ns=CAMPAIGN_STEP_NS, record=record).run(observe)
 
 

@@ -8,7 +8,7 @@ from onboard.config import Can, Motion, Rover
 from onboard.devices.nodes import Nodes
 from onboard.motion.follower import Follower
 from onboard.motion.kinematics import stopped, wheel_commands
-from onboard.motion.wheel_health import SOUND, Drive
+from onboard.motion.wheel_health import SOUND, DriveHealth
 from onboard.records import Pose, Twist, WheelCommand, WheelMode
 from protocol.tables.modes import Mode
 
@@ -38,9 +38,9 @@ class PathRig:
     def fail(self, n, health, told_s):
         """Wheel n has this health from now on (a fixed steering gets to its angle first); onboard hears it later."""
         node = self.emulated.wheels[n - 1]
-        node.steer_stuck_rad, node.drive_stuck = health.steer_fixed_rad, health.drive is Drive.STUCK
-        self.plant.jam(n, health.drive is Drive.STUCK)
-        if health.drive is Drive.FREE:
+        node.steer_stuck_rad, node.drive_stuck = health.steer_fixed_rad, health.drive is DriveHealth.STUCK
+        self.plant.jam(n, health.drive is DriveHealth.STUCK)
+        if health.drive is DriveHealth.FREE:
             self.plant.set_motor(n, 0.0)
         if health.steer_fixed_rad is not None:
             for _ in range(100 + int(abs(health.steer_fixed_rad) * 200)):

@@ -9,15 +9,15 @@ from hil.scenarios.answers import Spans, Watcher
 from hil.scenarios.evidence import SHOWS, Sight
 from hil.scenarios.library import find, scenarios
 from hil.scenarios.model import load_scenario
-from hil.scenarios.verdicts import Answer
+from hil.scenarios.verdicts import FaultResponse
 from onboard.core.faults.monitors import MONITORS
-from onboard.core.telemetry import Packer, View
+from onboard.core.telemetry import Packer, TelemetryInputs
 from onboard.motion.wheel_health import SOUND
 from onboard.records import Event, Frame, Inputs, LinkMessage, Outputs
 from protocol.can.guard import Sender
-from protocol.link.datagrams import Kind
+from protocol.link.datagrams import DatagramKind
 from protocol.tables.commands import Telecommand, encode
-from protocol.tables.faults import BY_NAME, Step
+from protocol.tables.faults import BY_NAME, ResponseStep
 from protocol.tables.modes import Mode, Phase
 from tests.scenarios.registry import CAMPAIGNS
 
@@ -32,7 +32,7 @@ def test_every_row_of_the_fault_table_is_judged_by_a_scenario_or_a_campaign():
 
 def test_a_scenario_raises_what_it_detects_where_that_is_reported():
     for scenario in scenarios():
-        told = {row for row in scenario.expect.detects if Step.REPORT in BY_NAME[row].response}
+        told = {row for row in scenario.expect.detects if ResponseStep.REPORT in BY_NAME[row].response}
         assert told <= set(scenario.expect.raises), scenario.name
 
 
@@ -86,18 +86,18 @@ ACTIVE = core(SILENT, Mode.SAFE)
 def test_an_answer_counts_from_the_first_trace_to_the_tick_whose_outputs_hold_its_last_step():
     ticks = [DRIVES, DRIVES, DRIVES, (ACTIVE, Outputs(events=told("WHEEL_SILENT"))), (ACTIVE, Outputs(orders(0.0)))]
     found = answer("WHEEL_SILENT", ticks)
-    assert found == Answer("WHEEL_SILENT", 0.02, 0.04, 0.05, ())
+    assert found == FaultResponse("WHEEL_SILENT", 0.02, 0.04, 0.05, ())
     assert found.in_time
 
 
 @pytest.mark.parametrize(
     ("after", "missing"),
     [
-        ((core(SILENT, Mode.SAFE), Outputs(events=told("WHEEL_SILENT"))), (Step.STOP,)),
-        ((core(SILENT), Outputs(orders(0.0), events=told("WHEEL_SILENT"))), (Step.SAFE,)),
-        ((core(SILENT, Mode.SAFE), Outputs(orders(0.0), events=told("WHEEL_STALE"))), (Step.REPORT,)),
+        ((core(SILENT, Mode.SAFE), Outputs(events=told("WHEEL_SILENT"))), (ResponseStep.STOP,)),
+        ((core(SILENT), Outputs(orders(0.0), events=told("WHEEL_SILENT"))), (ResponseStep.SAFE,)),
+        ((core(SILENT, Mode.SAFE), Outputs(orders(0.0), events=told("WHEEL_STALE"))), (ResponseStep.REPORT,)),
         ((core((), Mode.SAFE), Outputs(orders(0.0), events=told("WHEEL_SILENT"))),
-         (Step.STOP, Step.SAFE, Step.REPORT)),
+         (ResponseStep.STOP, ResponseStep.SAFE, ResponseStep.REPORT)),
     ],
 )  # fmt: skip
 def test_a_step_that_is_not_taken_is_missing_and_a_row_that_is_not_active_takes_none(after, missing):
@@ -121,7 +121,7 @@ def test_an_answer_one_tick_after_the_row_s_time_is_late():
 
 @pytest.mark.parametrize(("idle_ticks", "in_time"), [(0, True), (1, True), (2, False)])
 def test_the_operator_s_word_counts_from_the_tick_that_hears_it_to_that_of_standing_orders(idle_ticks, in_time):
-    order = LinkMessage(0, True, "ok", 1, Kind.TELECOMMAND, encode(Telecommand(1, 0, 0, "safe", {})))
+    order = LinkMessage(0, True, "ok", 1, DatagramKind.TELECOMMAND, encode(Telecommand(1, 0, 0, "safe", {})))
     refused = order._replace(accepted=False, payload=b"")
     watcher = Watcher(["OPERATOR"])
     heard = (core(("OPERATOR",), Mode.SAFE), Outputs(orders(1.0), events=told("OPERATOR")))
@@ -144,14 +144,16 @@ def test_the_operator_s_word_counts_from_the_tick_that_hears_it_to_that_of_stand
 
 def test_what_can_wait_is_shed_where_no_housekeeping_has_left_for_a_second():
     packer = Packer()
-    beat, word = (packer.message(name, View(), 0)[0] for name in ("HEARTBEAT", "ROVER_STATE"))
+    beat, word = (packer.message(name, TelemetryInputs(), 0)[0] for name in ("HEARTBEAT", "ROVER_STATE"))
     for every, shed in ((50, False), (102, True), (500, True)):
         sight = Sight()
         seen = set()
         for tick in range(1, 1000):
             data = beat + (word if tick % every == 0 else b"")
-            sight.update(Inputs(tick, tick * TICK_NS), Outputs(link_payloads=((Kind.MAVLINK, data),)), core(), None)
-            seen.add(tick > every and SHOWS[Step.SHED](sight))
+            sight.update(
+                Inputs(tick, tick * TICK_NS), Outputs(link_payloads=((DatagramKind.MAVLINK, data),)), core(), None
+            )
+            seen.add(tick > every and SHOWS[ResponseStep.SHED](sight))
         assert (True in seen) == shed, every
 
 

@@ -19,12 +19,12 @@ from hil.link.udp_relay import UdpRelay
 from hil.run.processes import free_ports
 from onboard.config import Link
 from onboard.core.downlink import Downlink
-from onboard.core.telemetry import View
+from onboard.core.telemetry import TelemetryInputs
 from onboard.drivers.link.port import LinkPort
 from onboard.records import Event
 from protocol.link import carrier
 from protocol.link.datagrams import KEY_DOWN, KEY_UP, bench_keys
-from protocol.link.transactions import State
+from protocol.link.transactions import RequestState
 from protocol.tables.modes import Mode
 from transport.link_end import LinkEnd
 from transport.udp_end import UdpGroundEnd
@@ -68,7 +68,7 @@ class Ends:
         self.executed: Counter[float] = Counter()
         self.news: list = []
         self._start_ns, self._tick = time.monotonic_ns(), 0
-        self.view = View(mode=Mode.STANDBY)
+        self.view = TelemetryInputs(mode=Mode.STANDBY)
 
     def _open_ground(self) -> LinkEnd:
         end = ground_end(self._ground)
@@ -104,7 +104,7 @@ class Ends:
     def _rover(self, now_ns: int) -> None:
         for order in self.core.receive(self.port.read(now_ns), now_ns):
             self.executed[order.arguments["x_m"]] += 1
-            self.core.report(order.request_id, State.COMPLETED)
+            self.core.report(order.request_id, RequestState.COMPLETED)
         self.core.sample(self.view, now_ns)
         self.port.write(self.core.send(now_ns))
 
@@ -134,7 +134,7 @@ def test_commands_events_and_a_product_pass_and_a_blackout_of_the_line_costs_no_
             ends.session.request("goto", {"x_m": float(n), "y_m": 0.0}, ends.now_ns)
         ends.until(lambda: not (ends.session.requester.open or ends.core.events_waiting) and ends.heard(ProductHeard))
         assert ends.executed == {float(n): 1 for n in range(30)}
-        assert {r.state for r in ends.session.requester.requests.values()} == {State.COMPLETED}
+        assert {r.state for r in ends.session.requester.requests.values()} == {RequestState.COMPLETED}
         assert [p.product.data for p in ends.heard(ProductHeard)] == [data]
         assert sorted(int(e.text) for e in ends.heard(EventHeard)) == list(range(30))
         end_ns = dark_ns + 2 * S

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onboard.motion.wheel_health import Drive, WheelHealth
+from onboard.motion.wheel_health import DriveHealth, WheelHealth
 from onboard.records import Path, Pose
 from tests.hil.path_rig import PathRig
 from tests.hil.small_fields import plane
@@ -34,8 +34,8 @@ FAULTS = {
     "steering fixed at 0": WheelHealth(steer_fixed_rad=0.0),
     "steering fixed at +10": WheelHealth(steer_fixed_rad=10 * DEG),
     "steering fixed at -25": WheelHealth(steer_fixed_rad=-25 * DEG),
-    "drive free": WheelHealth(drive=Drive.FREE),
-    "drive stuck": WheelHealth(drive=Drive.STUCK),
+    "drive free": WheelHealth(drive=DriveHealth.FREE),
+    "drive stuck": WheelHealth(drive=DriveHealth.STUCK),
 }
 
 

@@ -12,9 +12,9 @@ import pytest
 from hil.run.in_process import CAMPAIGN_STEP_NS, InMemory, goto
 from hil.run.run import run
 from hil.scenarios.model import Injection, Scenario, load_scenario
-from hil.world.operator import Order
+from hil.world.operator import TimedCommand
 from protocol.conventions import TICK_NS
-from protocol.link.transactions import State
+from protocol.link.transactions import RequestState
 from protocol.tables.modes import Mode
 
 ROOT = Path(__file__).parents[2]
@@ -81,7 +81,9 @@ def test_every_byte_is_the_same_as_over_sockets(tmp_path):
 
 
 def test_a_short_mission_arrives_and_says_so():
-    bench = InMemory(replace(FLAT, set=QUICK), [Order(0.5, "goto", {"x_m": 1.5, "y_m": 0.0})], step_ns=CAMPAIGN_STEP_NS)
+    bench = InMemory(
+        replace(FLAT, set=QUICK), [TimedCommand(0.5, "goto", {"x_m": 1.5, "y_m": 0.0})], step_ns=CAMPAIGN_STEP_NS
+    )
     where = []
     flight = bench.run(lambda tick, inputs, outputs, rover, state: where.append(state.position_m))
     assert flight.arrived and flight.error == "" and flight.contacts == ()
@@ -92,31 +94,31 @@ def test_a_short_mission_arrives_and_says_so():
 
 
 def test_an_order_is_answered_over_the_link_and_ends_the_run():
-    flight = InMemory(FLAT, [Order(0.5, "status")]).run()
+    flight = InMemory(FLAT, [TimedCommand(0.5, "status")]).run()
     (request,) = flight.requests
-    assert request.state is State.COMPLETED and request.history[0][0] == 500_000_000
+    assert request.state is RequestState.COMPLETED and request.history[0][0] == 500_000_000
     assert 0.5 <= flight.bench_s < 1.0
     assert not flight.arrived  # nobody asked it to go anywhere
 
 
 def test_in_a_blackout_no_order_arrives_and_after_it_the_operator_asks_again():
-    flight = InMemory(replace(FLAT, blackout_s=(0.4, 2.0)), [Order(0.5, "status")]).run()
+    flight = InMemory(replace(FLAT, blackout_s=(0.4, 2.0)), [TimedCommand(0.5, "status")]).run()
     (request,) = flight.requests
-    assert request.state is State.COMPLETED
+    assert request.state is RequestState.COMPLETED
     assert 2.0 <= request.history[0][0] / 1e9 < 6.0
 
 
 def test_orders_are_given_in_the_order_of_their_times():
-    flight = InMemory(FLAT, [Order(0.6, "resume"), Order(0.4, "safe")]).run()
+    flight = InMemory(FLAT, [TimedCommand(0.6, "resume"), TimedCommand(0.4, "safe")]).run()
     assert [(r.telecommand.name, r.state) for r in flight.requests] == [
-        ("safe", State.COMPLETED),
-        ("resume", State.COMPLETED),
+        ("safe", RequestState.COMPLETED),
+        ("resume", RequestState.COMPLETED),
     ]
 
 
 def test_an_order_that_is_no_command_is_refused_by_name():
     with pytest.raises(ValueError, match="goto: `y_m` is missing"):
-        InMemory(FLAT, [Order(0.1, "goto", {"x_m": 1.0})]).run()
+        InMemory(FLAT, [TimedCommand(0.1, "goto", {"x_m": 1.0})]).run()
 
 
 def test_the_observer_sees_each_tick_once_with_the_truth_of_its_time():

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hil.devices.lidar.faults import KINDS, Fault, load_faults, parse_fault
+from hil.devices.lidar.faults import KINDS, ScheduledFault, load_faults, parse_fault
 from hil.devices.lidar.profile import IDEAL, PROFILES
 from hil.devices.lidar.sensor import Lidar
 from hil.faults.injection import INJECTIONS
@@ -39,7 +39,7 @@ _, CLEAN = run()
 
 @pytest.mark.parametrize("kind", sorted(KINDS))
 def test_a_fault_begins_and_ends_on_time_and_repeats_with_its_seed(kind):
-    fault = Fault(kind, 0.3, 0.4)
+    fault = ScheduledFault(kind, 0.3, 0.4)
     _, one = run(fault)
     _, two = run(fault)
     _, other = run(fault, seed=8)
@@ -51,7 +51,7 @@ def test_a_fault_begins_and_ends_on_time_and_repeats_with_its_seed(kind):
 
 @pytest.mark.parametrize("kind", sorted(set(KINDS) - {"fail", "drill", "reboot", "cable", "jump"}))
 def test_what_follows_a_healed_fault_is_whole(kind):
-    _, pieces = run(Fault(kind, 0.3, 0.2))
+    _, pieces = run(ScheduledFault(kind, 0.3, 0.2))
     late = [piece for piece in pieces if piece.at_ns > 610 * MS]
     begins = next(k for k, piece in enumerate(late) if piece.begins)
     frames = joined(late[begins:]).split(b"\n\n")[:-1]
@@ -60,7 +60,7 @@ def test_what_follows_a_healed_fault_is_whole(kind):
 
 @pytest.mark.parametrize(("kind", "sign"), [("flip", 0), ("lose", -1), ("double", 1)])
 def test_share_of_damaged_bytes(kind, sign):
-    _, pieces = run(Fault(kind, 0.0, value="0.01"))
+    _, pieces = run(ScheduledFault(kind, 0.0, value="0.01"))
     clean, dirty = joined(CLEAN), joined(pieces)
     assert len(dirty) - len(clean) == pytest.approx(sign * 0.01 * len(clean), rel=0.15)
     if kind == "flip":
@@ -69,44 +69,44 @@ def test_share_of_damaged_bytes(kind, sign):
 
 
 def test_garbage_comes_before_each_reply():
-    _, pieces = run(Fault("garbage", 0.0, value="40"))
+    _, pieces = run(ScheduledFault("garbage", 0.0, value="40"))
     assert [len(piece.data) - len(whole.data) for piece, whole in zip(pieces, CLEAN, strict=True)] == [40] * len(CLEAN)
     assert all(piece.data.endswith(whole.data) for piece, whole in zip(pieces, CLEAN, strict=True))
 
 
 def test_split_and_merged_pieces_hold_the_same_bytes():
-    _, split = run(Fault("split", 0.0, value="7"))
+    _, split = run(ScheduledFault("split", 0.0, value="7"))
     assert joined(split) == joined(CLEAN) and max(len(piece.data) for piece in split) == 7
     assert sum(piece.begins for piece in split) == len(CLEAN)
-    _, merged = run(Fault("merge", 0.0, value="100"))
+    _, merged = run(ScheduledFault("merge", 0.0, value="100"))
     assert joined(CLEAN).startswith(joined(merged)) and {piece.at_ns % (100 * MS) for piece in merged} == {0}
 
 
 def test_slow_and_stalled_replies():
-    _, slow = run(Fault("slow", 0.0, value="300"))
+    _, slow = run(ScheduledFault("slow", 0.0, value="300"))
     assert [piece.at_ns for piece in slow] == [piece.at_ns + 300 * MS for piece in CLEAN[: len(slow)]]
-    sensor, stalled = run(Fault("stall", 0.3))
+    sensor, stalled = run(ScheduledFault("stall", 0.3))
     sensor.step(2000 * MS)
     assert sensor.pieces() == [] and len(stalled) < len(CLEAN)
 
 
 def test_cable_is_for_its_owner_to_pull():
-    sensor, _ = run(Fault("cable", 0.3, 0.2), until_ms=400)
+    sensor, _ = run(ScheduledFault("cable", 0.3, 0.2), until_ms=400)
     assert not sensor.reachable
     sensor.step(501 * MS)
     assert sensor.reachable
 
 
 def test_repeated_stamps_and_jumps():
-    _, pieces = run(Fault("stamp", 0.3, 0.2))
+    _, pieces = run(ScheduledFault("stamp", 0.3, 0.2))
     steps = np.diff([scan.stamp_ms for scan in scans(pieces)])
     assert (steps == 0).sum() == 7 and steps.sum() == 25 * len(steps)  # the first of 8 is repeated
-    _, pieces = run(Fault("jump", 0.3, value="-100"))
+    _, pieces = run(ScheduledFault("jump", 0.3, value="-100"))
     assert sorted(np.diff([scan.stamp_ms for scan in scans(pieces)]))[:2] == [-75, 25]
 
 
 def test_a_wrong_echo_is_one_that_looks_right():
-    _, pieces = run(Fault("echo", 0.0))
+    _, pieces = run(ScheduledFault("echo", 0.0))
     frame = joined(pieces).split(b"\n\n")[1]
     assert frame.startswith(b"MD0001108001000\n99b\n")
     with pytest.raises(WireError, match="echo"):
@@ -114,7 +114,7 @@ def test_a_wrong_echo_is_one_that_looks_right():
 
 
 def test_semicolon_sums_are_legal_and_cost_at_most_63_mm():
-    _, pieces = run(Fault("semicolon", 0.0))
+    _, pieces = run(ScheduledFault("semicolon", 0.0))
     frame = joined(pieces).split(b"\n\n")[1]
     assert all(line.endswith(b";") for line in frame.split(b"\n")[3:])
     for made, clean in zip(scans(pieces), scans(CLEAN), strict=True):
@@ -122,14 +122,14 @@ def test_semicolon_sums_are_legal_and_cost_at_most_63_mm():
 
 
 def test_dust_and_other_sensors_light():
-    _, pieces = run(Fault("dust", 0.0, value="0.5"), Fault("clash", 0.0, value="0.2"))
+    _, pieces = run(ScheduledFault("dust", 0.0, value="0.5"), ScheduledFault("clash", 0.0, value="0.2"))
     values = np.array([scan.values for scan in scans(pieces)])
     assert (values == 3).mean() == pytest.approx(0.2, abs=0.01)
     assert (values == 1).mean() == pytest.approx(0.4, abs=0.015)
 
 
 def test_a_fault_leaves_the_noise_alone():
-    _, pieces = run(Fault("garbage", 0.0), Fault("echo", 0.0, 0.5))
+    _, pieces = run(ScheduledFault("garbage", 0.0), ScheduledFault("echo", 0.0, 0.5))
     assert joined(pieces).endswith(CLEAN[-1].data)
 
 
@@ -173,7 +173,7 @@ def test_a_wrong_file_says_where(tmp_path, text, says):
 @pytest.mark.parametrize("name", PROFILES)
 def test_every_profile_repeats_with_its_seed_under_all_faults_at_once(name):
     def record(seed):
-        faults = [Fault(kind, 0.1 * k, 1.5) for k, kind in enumerate(sorted(KINDS))]
+        faults = [ScheduledFault(kind, 0.1 * k, 1.5) for k, kind in enumerate(sorted(KINDS))]
         sensor = Lidar(seed, lambda times_ns: np.linspace(0.05, 31, len(times_ns)), PROFILES[name], tuple(faults))
         sensor.connect()
         out = []
@@ -190,7 +190,7 @@ def test_every_profile_repeats_with_its_seed_under_all_faults_at_once(name):
 @pytest.mark.parametrize("kind", sorted(set(KINDS) - {"cable"}))
 def test_the_bench_injects_each_fault_by_the_same_table(kind):
     sensor, _ = run(until_ms=200)
-    twin, _ = run(Fault(kind, 0.2, 0.2), until_ms=200)
+    twin, _ = run(ScheduledFault(kind, 0.2, 0.2), until_ms=200)
     bench, row = SimpleNamespace(lidar=sensor), INJECTIONS[f"lidar_{kind}"]
     row.begin(bench, None, 0)
     for device in (sensor, twin):

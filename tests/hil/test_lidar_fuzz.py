@@ -2,7 +2,7 @@
 
 from hypothesis import settings
 
-from hil.devices.lidar.faults import Fault
+from hil.devices.lidar.faults import ScheduledFault
 from hil.devices.lidar.profile import UTM30LX
 from hil.devices.lidar.sensor import QUEUE_LIMIT
 from tests.fuzz import lidar as fuzz_lidar
@@ -32,7 +32,7 @@ def test_a_flood_of_requests_between_two_reply_ticks_is_not_kept():
 
 
 def test_scans_that_will_never_leave_are_not_kept():
-    sensor = fuzz_lidar.sensor_of(UTM30LX, Fault("slow", 0.0, value="1000000"))
+    sensor = fuzz_lidar.sensor_of(UTM30LX, ScheduledFault("slow", 0.0, value="1000000"))
     sensor.receive(b"MD0000108001000\n", 0)
     sensor.step(60_000_000_000)
     assert sensor._queued <= QUEUE_LIMIT + 4000 and sensor.pieces() == []

@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 
 from hil.__main__ import app
 from hil.devices.lidar import cable as cables
-from hil.devices.lidar.faults import Fault
+from hil.devices.lidar.faults import ScheduledFault
 from hil.devices.lidar.profile import IDEAL, UTM30LX, UTM30LX_EW
 from hil.devices.lidar.scenes import SCENES, still
 from hil.devices.lidar.sensor import Lidar, Piece
@@ -249,7 +249,7 @@ def test_the_loop_waits_when_there_is_nothing_to_do():
 
 def test_faults_of_the_schedule_reach_the_client():
     cable = LidarServer()
-    with running(Outlet(Lidar(1, five_metres, IDEAL, (Fault("refuse", 0.0, 1e9, "0I"),)), cable)):
+    with running(Outlet(Lidar(1, five_metres, IDEAL, (ScheduledFault("refuse", 0.0, 1e9, "0I"),)), cable)):
         end = TcpEnd(cable)
         end.write(b"VV\n")
         assert read_until(end, b"\n\n") == b"VV\n0Ii\n\n"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hil.devices.lidar.commands import COMMANDS
-from hil.devices.lidar.faults import Fault
+from hil.devices.lidar.faults import ScheduledFault
 from hil.devices.lidar.profile import IDEAL, PROFILES
 from hil.devices.lidar.sensor import Lidar
 from protocol import scip
@@ -80,7 +80,7 @@ def test_a_request_line_that_is_too_long_is_refused_and_cut_to_what_others_can_r
 
 @pytest.mark.parametrize(("kind", "status"), [("0A", "0A"), ("0B", "0B"), ("0I", "0I"), ("0M", "0M")])
 def test_general_refusals_are_a_fault_of_their_own(kind, status):
-    device = sensor(IDEAL, Fault("refuse", 0.0, 1.0, kind))
+    device = sensor(IDEAL, ScheduledFault("refuse", 0.0, 1.0, kind))
     assert statuses(device, b"VV", b"BM", b"MD0000108001000") == [status] * 3
     assert statuses(device, b"QT", at_ms=1001) == ["00"]
 
@@ -253,7 +253,7 @@ def test_full_intensity_scan_of_the_usb_sensor_is_the_logged_size_in_three_burst
 
 
 def test_failure_ends_the_stream_with_a_status_and_only_a_reboot_is_left():
-    device = sensor(EW, Fault("fail", 0.1))
+    device = sensor(EW, ScheduledFault("fail", 0.1))
     talk(device, b"MD0000108001000")
     *good, last = frames(device, 1000)
     assert len(good) == 4 and last == b"MD0000108001000\n50U"
@@ -266,15 +266,15 @@ def test_failure_ends_the_stream_with_a_status_and_only_a_reboot_is_left():
 
 
 def test_the_utm_says_trouble_in_the_words_of_a_real_one():
-    assert b"STAT:Trouble!! Error No. =[00->33];" in talk(sensor(IDEAL, Fault("fail", 0.0)), b"II")
+    assert b"STAT:Trouble!! Error No. =[00->33];" in talk(sensor(IDEAL, ScheduledFault("fail", 0.0)), b"II")
 
 
 def test_unstable_scans_have_a_status_and_no_data():
-    device = sensor(EW, Fault("unstable", 0.1, 0.1))
+    device = sensor(EW, ScheduledFault("unstable", 0.1, 0.1))
     talk(device, b"MD0000108001000")
     found = frames(device, 300)
     assert [frame.split(b"\n")[1] for frame in found] == [b"99b"] * 4 + [b"0Mm"] * 4 + [b"99b"] * 4
-    device = sensor(EW, Fault("unstable", 0.0))
+    device = sensor(EW, ScheduledFault("unstable", 0.0))
     assert talk(device, b"%ST") == b"%ST\n00P\n100A\n\n" and statuses(device, b"BM", b"MD0000108001000") == ["01", "0M"]
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from hil.scenarios.verdicts import Expect, Facts, Seen, expect_of, judge
+from hil.scenarios.verdicts import Expect, Facts, FirstDifference, expect_of, judge
 from hil.world.contacts import Contact
 from onboard.config import ConfigError
 from onboard.records import Event
@@ -56,9 +56,13 @@ def test_the_end_must_be_told_in_the_words_asked_for():
 
 @pytest.mark.parametrize(
     ("seen", "holds"),
-    [(Seen("x", 5.0, 5.4, "plant"), True), (Seen("x", 5.0, 6.1, "plant"), False), (Seen("x", 5.0, -1.0, ""), False),
-     (Seen("x", 5.0, 4.9, "plant"), False)],
-)  # fmt: skip
+    [
+        (FirstDifference("x", 5.0, 5.4, "plant"), True),
+        (FirstDifference("x", 5.0, 6.1, "plant"), False),
+        (FirstDifference("x", 5.0, -1.0, ""), False),
+        (FirstDifference("x", 5.0, 4.9, "plant"), False),
+    ],
+)
 def test_an_injection_must_show_after_its_time_and_soon(seen, holds):
     assert (broken(Expect(seen_within_s=1.0), replace(WELL, seen=(seen,))) == []) is holds
 

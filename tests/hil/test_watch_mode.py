@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from hil.view.panel import place, status
-from hil.view.story import Instant, Moment, Told, _mode
+from hil.view.story import Instant, Moment, StoryEvent, _mode
 
 AT = Moment(
     1.0,
@@ -20,7 +20,7 @@ NO_WAY = np.empty((0, 3))
 
 
 def told(name, text):
-    return Told(1.0, "info", name, text)
+    return StoryEvent(1.0, "info", name, text)
 
 
 def test_mode_and_phase_are_those_of_the_events_so_far():

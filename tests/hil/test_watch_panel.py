@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from markdown_it import MarkdownIt
 
 from hil.view.panel import event_line, status
-from hil.view.story import Instant, Moment, Told
+from hil.view.story import Instant, Moment, StoryEvent
 from protocol.visible import visible
 
 RENDER = MarkdownIt("commonmark", {"html": True}).enable(["table", "strikethrough"]).render
@@ -30,7 +30,7 @@ def shown(markdown: str) -> tuple[set[str], str]:
 
 def holds(text: str) -> None:
     for severity in ("info", "fault", text):
-        tags, words = shown(event_line(Told(1.0, severity, text, text)))
+        tags, words = shown(event_line(StoryEvent(1.0, severity, text, text)))
         assert tags <= {"<ul>", "</ul>", "<li>", "</li>", "<strong>", "</strong>"}
         assert words.count(visible(text).strip()) == 2 or not text.strip()
 

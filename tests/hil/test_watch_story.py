@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 
-from hil.records import Touch, Turn
+from hil.records import Touch, TrueTurn
 from hil.view.folder import Folder
 from hil.view.player import Player
-from hil.view.story import STEP_M, Moment, Story, Way
+from hil.view.story import STEP_M, Moment, PathSoFar, Story
 from hil.view.tail import NoRunError, Tail
 from hil.world.truth import Truth, read_turn
 from tests.ground.synthetic_run import END_S, LEGS, SCAN_S, share_at, way, write_run, write_truth
@@ -127,8 +127,8 @@ def test_a_turn_is_read_back_as_every_fourth_ray_that_met_something(tmp_path):
     origins, directions, ranges = rng.normal(size=(41, 3)), rng.normal(size=(41, 3)), rng.uniform(1, 30, 41)
     ranges[8] = np.inf
     truth = Truth(tmp_path / "truth.mcap")
-    truth.add_turn(Turn(10**9, 7, origins, directions, ranges))
-    truth.add_turn(Turn(10**9 + 25_000_000, 7, origins, directions, ranges))  # too soon: ten a second
+    truth.add_turn(TrueTurn(10**9, 7, origins, directions, ranges))
+    truth.add_turn(TrueTurn(10**9 + 25_000_000, 7, origins, directions, ranges))  # too soon: ten a second
     truth.close()
     (said,) = Tail(tmp_path / "truth.mcap").read()
     met = read_turn(said.data)
@@ -183,7 +183,7 @@ def test_nothing_known_is_no_instant():
 
 @given(st.lists(st.floats(-3, 3), min_size=1, max_size=60), st.floats(0, 60))
 def test_a_way_never_strays_from_where_the_rover_was(xs, time_s):
-    drawn = Way()
+    drawn = PathSoFar()
     for k, x in enumerate(xs):
         drawn.add(float(k), (x, 0.0, 0.0))
     so_far = bisect_right(range(len(xs)), time_s)

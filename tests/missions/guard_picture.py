@@ -10,7 +10,7 @@ import numpy as np
 from onboard.config import load
 from onboard.planning import guarded_leg
 from onboard.records import Grid, Pose
-from pictures.drive_guard import Stopped, guard_figure
+from pictures.drive_guard import GuardedLegEnd, guard_figure
 from pictures.style import png
 from tests.missions.drift import NO_DRIFT
 from tests.missions.guarded import LINE_M, Guarded
@@ -22,7 +22,7 @@ GRID = Grid(-2.975, -2.975, 0.05, 120, 200)
 TRENCH_M, DEEP_M = (2.6, 2.9), 0.12
 
 
-def stopped() -> Stopped:
+def stopped() -> GuardedLegEnd:
     """Return the rover on its way along +x, at the first bad cell."""
     config = load(None, {"drive_guard.on": True})
     even = World(
@@ -42,7 +42,7 @@ def stopped() -> Stopped:
         line = mission.lines.line(trench, pose, pose, mission.rng)
         leg, bad = guarded_leg.hear(leg, line, pose, mission.settings)
         if bad:
-            return Stopped(leg, line, pose, bad, np.column_stack([x_m, even.heights_m[GRID.rows // 2]]))
+            return GuardedLegEnd(leg, line, pose, bad, np.column_stack([x_m, even.heights_m[GRID.rows // 2]]))
     raise RuntimeError("the guard drove into the trench")
 
 

@@ -21,7 +21,7 @@ from onboard.perception.stop_map import NO_POINTS, StopMap, look, remember
 from onboard.planning.cycle import plan
 from onboard.planning.fences import Fence
 from onboard.planning.mission_rule import MissionState
-from onboard.planning.plan_records import PlanRequest, PlanResult, Settings
+from onboard.planning.plan_records import PlanningSettings, PlanRequest, PlanResult
 from onboard.planning.wheel_footprint import lattice
 from onboard.records import F64, Bool, CellClass, Decision, Gdem, Grid, Pose
 from protocol.conventions import wrap_rad
@@ -161,7 +161,7 @@ class Kinematic:
             goal_m=self.world.goal_m,
             gdem=self.gdem,
             state=self.rule,
-            settings=Settings(
+            settings=PlanningSettings(
                 config.rover, config.mapping, config.planning, config.mission, config.scanning, config.drive_guard
             ),
             trail=self._driven(),

@@ -4,7 +4,7 @@ from hil.run.in_process import CAMPAIGN_STEP_NS
 from hil.terrain.grounds import GROUNDS
 from hil.world.truth import Truth
 from hil.world.world import World
-from onboard.bringup.calibrate.drive import Drive
+from onboard.bringup.calibrate.drive import CalibrationDrive
 from onboard.bringup.can.jog import Phase
 from onboard.records import Chunk, Frame, Inputs, PortState
 from protocol.conventions import TICK_NS
@@ -21,7 +21,7 @@ class Yard(World):
             self.plant.set_soil(n, soil)
         self.advance(TICK_NS)
 
-    def run(self, drive: Drive, observe=None, recorder=None):
+    def run(self, drive: CalibrationDrive, observe=None, recorder=None):
         """To its end; agreed to as soon as it is ready."""
         while drive.phase is not Phase.DONE:
             self.tick += 1

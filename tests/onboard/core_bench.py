@@ -27,8 +27,8 @@ from onboard.motion.odometry import body_twist
 from onboard.records import Chunk, Health, Inputs, JobDone, LinkMessage, PortState, Timing, Twist
 from protocol.can.guard import Guard
 from protocol.conventions import TICK_NS
-from protocol.link.datagrams import Kind
-from protocol.link.transactions import State, decode_report
+from protocol.link.datagrams import DatagramKind
+from protocol.link.transactions import RequestState, decode_report
 from protocol.tables import commands
 from protocol.tables.modes import Phase
 
@@ -103,7 +103,7 @@ class CoreBench:
         """A command that arrives with the next tick; its request id."""
         request_id, self._next_id = self._next_id, self._next_id + 1
         payload = commands.encode(commands.Telecommand(request_id, self.now_ns, 0, name, arguments))
-        self.hear(LinkMessage(self.now_ns, True, "ok", STATION, Kind.TELECOMMAND, payload))
+        self.hear(LinkMessage(self.now_ns, True, "ok", STATION, DatagramKind.TELECOMMAND, payload))
         return request_id
 
     def goto(self, x_m, y_m):
@@ -183,7 +183,7 @@ class CoreBench:
         self.events += outputs.events
         if self.phase is not was:
             self.phases.append((self.tick, self.phase))
-        heard = [data for kind, data in outputs.link_payloads if kind == Kind.REPORT]
+        heard = [data for kind, data in outputs.link_payloads if kind == DatagramKind.REPORT]
         self.reports += [(self.tick, decode_report(data)) for data in heard]
         self._advance(now_ns + TICK_NS)
         self._deliver(outputs, now_ns + TICK_NS)
@@ -222,7 +222,7 @@ class CoreBench:
 
         def final():
             states = self.states(request_id)
-            return bool(states) and State(states[-1]).final
+            return bool(states) and RequestState(states[-1]).final
 
         self.until(final, limit_s)
         return self.states(request_id)[-1]

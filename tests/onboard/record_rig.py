@@ -25,7 +25,7 @@ from onboard.records import (
     RecordStatus,
     Timing,
 )
-from onboard.records.status import Saved
+from onboard.records.status import SaveResult
 from protocol.conventions import TICK_NS
 
 TICKS = 300
@@ -55,7 +55,7 @@ def of_everything(inputs):
         health=Health(1_000_000 + n, utc_ns=n),
         machine=Machine(0.5, 0.4, 9e7, 1e9, float(n), 1e10),
         timing=Timing(4_000, (10_000 + n,) * 3, ()),
-        saved=(Saved("fences", "not kept: no room"),) if n % 50 == 0 else (),
+        saved=(SaveResult("fences", "not kept: no room"),) if n % 50 == 0 else (),
     )
 
 

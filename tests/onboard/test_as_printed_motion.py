@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from docs.as_printed.motion import Going, Vehicle, eq_29, eq_34, eq_35, eq_37, eq_38_40
+from docs.as_printed.motion import BodyMotion, Vehicle, eq_29, eq_34, eq_35, eq_37, eq_38_40
 from onboard.config import Rover
 from onboard.motion.kinematics import wheel_angles
 from onboard.records import Twist
@@ -19,7 +19,7 @@ def degrees(angles):
 
 
 def printed(v_mps, rate_radps, theta_rad=STRAIGHT_AHEAD):
-    return [eq_34(wheel, Going(v_mps, theta_rad, rate_radps), VEHICLE) for wheel in range(4)]
+    return [eq_34(wheel, BodyMotion(v_mps, theta_rad, rate_radps), VEHICLE) for wheel in range(4)]
 
 
 def test_eq_29_forbids_the_sideways_motion_that_four_steered_wheels_do():
@@ -44,34 +44,34 @@ def test_eq_35_and_37_drive_the_inner_wheels_at_0_035_instead_of_0_118_metres_a_
     steer = wheel_angles(Twist(0.11, 0.0, 0.3), ROVER)[0]
     hub = math.hypot(0.11 - 0.3 * VEHICLE.d_m, 0.3 * VEHICLE.l_m)
     assert hub == pytest.approx(0.118, abs=0.0005)
-    rim = eq_37(0, Going(0.11, STRAIGHT_AHEAD, 0.3), steer, VEHICLE) * VEHICLE.r_m
+    rim = eq_37(0, BodyMotion(0.11, STRAIGHT_AHEAD, 0.3), steer, VEHICLE) * VEHICLE.r_m
     assert rim == pytest.approx(0.035, abs=1e-9)
     assert eq_35(hub, steer, VEHICLE) * VEHICLE.r_m == pytest.approx(rim, abs=1e-9)  # the cosine too many
 
 
 def test_eq_37_divides_by_zero_when_the_rover_heads_south():
-    rate = eq_37(0, Going(0.11, SOUTH, 0.1), 0.0, VEHICLE)  # cos(-90 degrees), which a computer rounds to 6e-17
+    rate = eq_37(0, BodyMotion(0.11, SOUTH, 0.1), 0.0, VEHICLE)  # cos(-90 degrees), which a computer rounds to 6e-17
     assert abs(rate) > 1e15
-    assert abs(eq_37(0, Going(0.11, STRAIGHT_AHEAD, 0.1), 0.0, VEHICLE)) < 1.0  # the same motion, heading east
+    assert abs(eq_37(0, BodyMotion(0.11, STRAIGHT_AHEAD, 0.1), 0.0, VEHICLE)) < 1.0  # the same motion, heading east
     with pytest.raises(ZeroDivisionError):
-        eq_37(0, Going(0.11, math.pi / 2, 0.0), -math.pi / 2, VEHICLE)
+        eq_37(0, BodyMotion(0.11, math.pi / 2, 0.0), -math.pi / 2, VEHICLE)
 
 
 def test_eq_37s_other_form_drives_too_slowly_by_the_same_cosine_and_divides_by_zero_heading_west():
     north, steer = math.pi / 2, wheel_angles(Twist(0.11, 0.0, 0.3), ROVER)[0]
-    assert eq_37(0, Going(0.11, north, 0.3), steer, VEHICLE) * VEHICLE.r_m == pytest.approx(0.035, abs=1e-9)
+    assert eq_37(0, BodyMotion(0.11, north, 0.3), steer, VEHICLE) * VEHICLE.r_m == pytest.approx(0.035, abs=1e-9)
     with pytest.raises(ZeroDivisionError):
-        eq_37(0, Going(0.11, WEST, 0.1), -WEST, VEHICLE)
-    assert abs(eq_37(0, Going(0.11, WEST, 0.1), 0.0, VEHICLE)) > 1e14  # straight wheels; sin(180 degrees) is 1e-16
+        eq_37(0, BodyMotion(0.11, WEST, 0.1), -WEST, VEHICLE)
+    assert abs(eq_37(0, BodyMotion(0.11, WEST, 0.1), 0.0, VEHICLE)) > 1e14  # straight wheels; sin(180 degrees) is 1e-16
 
 
 def test_eq_37s_two_forms_jump_at_45_degrees_with_the_angles_of_eq_34():
     def rates(steer):
-        return [eq_37(0, Going(0.11, math.pi / 4 + step, 0.1), steer, VEHICLE) for step in (0.0, 1e-9)]
+        return [eq_37(0, BodyMotion(0.11, math.pi / 4 + step, 0.1), steer, VEHICLE) for step in (0.0, 1e-9)]
 
     right = wheel_angles(Twist(0.11, 0.0, 0.1), ROVER)[0]
     assert rates(right)[1] == pytest.approx(rates(right)[0], rel=1e-6)
-    below, above = rates(eq_34(0, Going(0.11, math.pi / 4, 0.1), VEHICLE))
+    below, above = rates(eq_34(0, BodyMotion(0.11, math.pi / 4, 0.1), VEHICLE))
     assert above / below > 4.0
 
 

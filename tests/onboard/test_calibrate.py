@@ -14,7 +14,7 @@ from hil.devices.can.wheels_off_ground import Stand
 from hil.devices.lidar.profile import IDEAL, stamp_to_first_byte_ns
 from hil.faults.build_errors import BuildErrors, drawn
 from onboard.__main__ import app
-from onboard.bringup.calibrate.drive import Drive
+from onboard.bringup.calibrate.drive import CalibrationDrive
 from onboard.bringup.calibrate.estimate import estimate
 from onboard.bringup.calibrate.model import CALIBRATED, believed
 from onboard.bringup.calibrate.plan import lag_steps, room_m, square
@@ -157,7 +157,7 @@ def begun(tmp_path_factory):
     yard = Tapped(built)
     try:
         with Recorder(config, None) as recorder:
-            machine = yard.run(Drive(config, 0.5), observe, recorder)
+            machine = yard.run(CalibrationDrive(config, 0.5), observe, recorder)
         yield machine, yard, path, sent, built
     finally:
         yard.free()
@@ -173,7 +173,7 @@ def test_a_drive_that_is_stopped_ends_at_rest_with_wheels_off_and_the_drives_dis
 
 
 def test_nothing_is_sent_before_the_operator_agrees():
-    drive = Drive(Config(), 1.0)
+    drive = CalibrationDrive(Config(), 1.0)
     yard = Yard(Rover())
     try:
         outputs = [drive.tick(yard.inputs(10_000_000))]
@@ -231,7 +231,7 @@ def test_the_lag_is_taken_out_of_the_scans_before_they_are_weighed(begun):
 
 
 def test_a_record_of_a_drive_from_before_the_sweeps_is_taken_as_it_was_driven():
-    drive = Drive(Config(), 1.0, with_lag=False)
+    drive = CalibrationDrive(Config(), 1.0, with_lag=False)
     assert drive.steps == square(1.0)
     assert drive.log.lag == "the drive has no sweeps down and up"
 

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onboard.__main__ import app
-from onboard.bringup.can.candump import Heard, parse
+from onboard.bringup.can.candump import ReceivedFrame, parse
 from onboard.bringup.can.decode import Decoder
 from onboard.bringup.can.names import UnknownNameError, frames_of
 from onboard.bringup.can.show import line_of, row_of
@@ -20,7 +20,7 @@ from protocol.generated.can_codec import TABLE
 from protocol.generated.can_frames import FRAMES
 from tests.onboard.stand_clock import beats
 
-GOOD = Heard(1_436_509_052_249_713_000, 0x181, bytes(range(8)))
+GOOD = ReceivedFrame(1_436_509_052_249_713_000, 0x181, bytes(range(8)))
 MS = 1_000_000
 
 
@@ -36,15 +36,16 @@ def run(*words, text=None):
     (" (1436509052.249713)  vcan0  RX - -  181   [8]  00 01 02 03 04 05 06 07   '........'", GOOD),
     (" (2015-07-10 06:17:32.249713)  can0  181   [8]  00 01 02 03 04 05 06 07", GOOD),
     ("  vcan0  181   [8]  00 01 02 03 04 05 06 07", GOOD._replace(stamp_ns=None)),
-    ("(000.000100)  can0  1A1   [2]  0f F0", Heard(100_000, 0x1A1, b"\x0f\xf0")),
-    ("can0 300#", Heard(None, 0x300, b"")),
-    ("can0 300#R", Heard(None, 0x300, b"", "remote frame")),
-    ("  can0  300   [0]  remote request", Heard(None, 0x300, b"", "remote frame")),
-    ("can0 00000181#00", Heard(None, 0x181, b"\0", "extended frame")),
-    ("can0 20000040#0000000000000000", Heard(None, 0x20000040, bytes(8), "error frame")),
-    ("  can0  20000040   [8]  00 00 00 00 00 00 00 00   ERRORFRAME", Heard(None, 0x20000040, bytes(8), "error frame")),
-    ("can0 181##1001122", Heard(None, 0x181, b"\x00\x11\x22", "CAN FD frame")),
-    ("  can0  181  [02]  11 22", Heard(None, 0x181, b"\x11\x22", "CAN FD frame")),
+    ("(000.000100)  can0  1A1   [2]  0f F0", ReceivedFrame(100_000, 0x1A1, b"\x0f\xf0")),
+    ("can0 300#", ReceivedFrame(None, 0x300, b"")),
+    ("can0 300#R", ReceivedFrame(None, 0x300, b"", "remote frame")),
+    ("  can0  300   [0]  remote request", ReceivedFrame(None, 0x300, b"", "remote frame")),
+    ("can0 00000181#00", ReceivedFrame(None, 0x181, b"\0", "extended frame")),
+    ("can0 20000040#0000000000000000", ReceivedFrame(None, 0x20000040, bytes(8), "error frame")),
+    ("  can0  20000040   [8]  00 00 00 00 00 00 00 00   ERRORFRAME",
+        ReceivedFrame(None, 0x20000040, bytes(8), "error frame")),
+    ("can0 181##1001122", ReceivedFrame(None, 0x181, b"\x00\x11\x22", "CAN FD frame")),
+    ("  can0  181  [02]  11 22", ReceivedFrame(None, 0x181, b"\x11\x22", "CAN FD frame")),
     ("", None), ("   \n", None),
 ])  # fmt: skip
 def test_a_line_of_candump_is_read_in_each_of_its_forms(line, heard):
@@ -66,7 +67,7 @@ def test_any_other_line_is_refused(line):
 @given(st.text() | st.from_regex(r"\(?[0-9.]{0,9}\)? ?can0 [0-9A-F]{0,8}[# ]?\[?[0-9]?\]?[0-9A-F ]{0,20}"))
 def test_no_text_raises_anything_else(text):
     with suppress(ValueError):
-        assert parse(text) is None or isinstance(parse(text), Heard)
+        assert parse(text) is None or isinstance(parse(text), ReceivedFrame)
 
 
 def wheel(counter, **changes):
@@ -74,7 +75,7 @@ def wheel(counter, **changes):
 
 
 def test_a_good_frame_is_its_signals_with_units_and_as_many_decimals_as_the_wire():
-    seen = Decoder().receive(Heard(1_500_000_000, 0x181, wheel(0)))
+    seen = Decoder().receive(ReceivedFrame(1_500_000_000, 0x181, wheel(0)))
     assert line_of(seen) == (
         "    1.500000  WHEEL_1_FEEDBACK         "
         "steer_rad 0.1234 rad  encoder_count 17 count  rate_radps -1.5000 rad/s  state RUNNING"
@@ -101,15 +102,15 @@ def test_a_good_frame_is_its_signals_with_units_and_as_many_decimals_as_the_wire
 ])  # fmt: skip
 def test_what_is_wrong_with_a_frame_is_named(frames, problems):
     decoder = Decoder()
-    seen = [decoder.receive(Heard(at_ms * MS, 0x181, data)) for at_ms, data in frames][-1]
+    seen = [decoder.receive(ReceivedFrame(at_ms * MS, 0x181, data)) for at_ms, data in frames][-1]
     assert seen.problems == problems
     assert (seen.values is None) == bool({"crc", "length", "repeated"} & set(problems))
 
 
 def test_what_is_no_frame_of_the_dbc_is_shown_and_counted():
     decoder = Decoder()
-    assert decoder.receive(Heard(0, 0x7FF, b"\1")).problems == ("not in the DBC",)
-    assert decoder.receive(Heard(0, 0x20000040, bytes(8), "error frame")).node is None
+    assert decoder.receive(ReceivedFrame(0, 0x7FF, b"\1")).problems == ("not in the DBC",)
+    assert decoder.receive(ReceivedFrame(0, 0x20000040, bytes(8), "error frame")).node is None
     assert dict(decoder.others) == {"0x7ff not in the DBC": 1, "0x20000040 error frame": 1}
 
 
@@ -233,7 +234,7 @@ def test_a_damaged_blf_is_one_line(tmp_path):
 def test_every_signal_of_every_frame_has_a_text():
     for can_id, row in TABLE.items():
         low = [s.low for s in FRAMES[can_id].signals if s.name in row.fields]
-        line = line_of(Decoder().receive(Heard(0, can_id, row.encode(*low, 0))))
+        line = line_of(Decoder().receive(ReceivedFrame(0, can_id, row.encode(*low, 0))))
         assert all(f"  {name} " in line for name in row.fields)
 
 

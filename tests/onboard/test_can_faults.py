@@ -6,7 +6,7 @@ import pytest
 from core_bench import CoreBench, first_map, quick
 
 from hil.faults.can_faults import CAUSES
-from onboard.core.mission.sweep import State
+from onboard.core.mission.sweep import SweepState
 from onboard.devices.can_recovery import WAITS_NS
 from onboard.records import BusTrouble, Frame, Twist
 from protocol.conventions import cut
@@ -137,7 +137,7 @@ def test_a_sweep_that_the_bus_broke_is_taken_again(known):
     rover.settle()
     rover.goto(3.0, 0.5)
     rover.until_phase(Phase.SCANNING)
-    rover.until(lambda: rover.rover.executive.mission._sensing.state is State.SWEEPING, 10.0)
+    rover.until(lambda: rover.rover.executive.mission._sensing.state is SweepState.SWEEPING, 10.0)
     begin(rover, "can_bus_off")
     rover.run(0.3)
     heal(rover, "can_bus_off")

@@ -16,7 +16,7 @@ from onboard.planning.poses import Freedom, pose_freedom, wheel_cells
 from onboard.planning.strategies import STRATEGIES
 from onboard.records import CellClass, Gdem, Grid, NodeSet, Pose, Surface
 
-SETTINGS = plan_records.Settings(
+SETTINGS = plan_records.PlanningSettings(
     config.Rover(), config.Mapping_(size_m=12.0), config.Planning(), config.Mission(), config.Scanning(range_m=4.0)
 )
 CELL = 0.1

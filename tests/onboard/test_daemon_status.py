@@ -22,11 +22,11 @@ from onboard.drivers.status_port import LEAST_NS, StatusError, StatusPort, ask, 
 from onboard.records import Machine
 from onboard.status import command
 from onboard.status.command import lines
-from onboard.status.report import Shell, report
+from onboard.status.report import ShellStatus, report
 
 REPORT = b'{"mode": "STANDBY"}\n'
 GRANTS = (Grant("cpu", True, "core 1"), Grant("fifo_priority", False, "Operation not permitted"))
-SHELL = Shell("wall", 42, 3_725_500_000_000, GRANTS, "run.mcap", 2_500_000)
+SHELL = ShellStatus("wall", 42, 3_725_500_000_000, GRANTS, "run.mcap", 2_500_000)
 
 
 @pytest.fixture
@@ -228,7 +228,7 @@ def test_for_people_it_is_a_page_of_lines():
 
 
 def test_in_lock_step_it_says_that_ticks_are_not_measured():
-    page = lines(report(CoreBench().rover, Shell("lockstep", 1, 0, (), "", 0)))
+    page = lines(report(CoreBench().rover, ShellStatus("lockstep", 1, 0, (), "", 0)))
     assert "ticks are not measured on the lockstep clock" in page
     assert "real time nothing asked for ([realtime] in the configuration)" in page
 

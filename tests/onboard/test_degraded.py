@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from onboard.config import Motion, Rover
 from onboard.motion.degraded import constraint, fixed_wheel, load_ratio, rolling, speed_ratio
 from onboard.motion.kinematics import wheel_angles, wheel_commands, wheel_places
-from onboard.motion.wheel_health import SOUND, Drive, WheelHealth
+from onboard.motion.wheel_health import SOUND, DriveHealth, WheelHealth
 from onboard.records import Twist, WheelCommand, WheelMode, WheelState
 
 ROVER, MOTION = Rover(), Motion()
@@ -132,15 +132,15 @@ def test_a_fixed_wheel_is_not_waited_for_and_turns_with_its_hub():
 
 
 def test_a_stuck_drive_is_ordered_to_stand_and_a_free_one_rolls_along():
-    wheels = (WheelHealth(drive=Drive.STUCK), WheelHealth(drive=Drive.FREE), *SOUND[2:])
+    wheels = (WheelHealth(drive=DriveHealth.STUCK), WheelHealth(drive=DriveHealth.FREE), *SOUND[2:])
     measured = [WheelState(0.0, 0.0, 0.0, 2, 0)] * 4
     orders, _ = wheel_commands(Twist(0.1, 0.0, 0.0), measured, STANDING, ROVER, MOTION, False, wheels)
     assert [o.rate_radps for o in orders] == pytest.approx([0.0, 1.0, 1.0, 1.0])
 
 
 AHEAD = Twist(0.1, 0.0, 0.0)
-STUCK = (WheelHealth(drive=Drive.STUCK), *SOUND[1:])
-FREE = (WheelHealth(drive=Drive.FREE), *SOUND[1:])
+STUCK = (WheelHealth(drive=DriveHealth.STUCK), *SOUND[1:])
+FREE = (WheelHealth(drive=DriveHealth.FREE), *SOUND[1:])
 
 
 @pytest.mark.parametrize(("wheels", "slope_deg", "ratio"), [
@@ -170,8 +170,8 @@ def test_only_a_stuck_drive_slows_the_rover_and_only_one_fixed_wheel_can_be_roll
 
 
 def test_a_wheel_tells_its_way_only_while_it_rolls_where_it_looks():
-    assert WheelHealth().tells_way and WheelHealth(drive=Drive.FREE).tells_way
-    for bad in ({"encoder": False}, {"drive": Drive.STUCK}, {"steer_fixed_rad": 0.1}):
+    assert WheelHealth().tells_way and WheelHealth(drive=DriveHealth.FREE).tells_way
+    for bad in ({"encoder": False}, {"drive": DriveHealth.STUCK}, {"steer_fixed_rad": 0.1}):
         assert not replace(WheelHealth(), **bad).tells_way
 
 

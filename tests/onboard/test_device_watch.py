@@ -18,7 +18,7 @@ from onboard.devices.tilt import Tilt
 from onboard.perception.sweep import segments
 from onboard.records import BeamStatus, Scan
 from protocol.generated.can_codec import TiltFeedbackFrame, TiltState
-from protocol.link.transactions import State
+from protocol.link.transactions import RequestState
 from protocol.tables.faults import BY_NAME
 from protocol.tables.modes import Mode, Phase
 
@@ -298,7 +298,7 @@ def test_a_device_that_goes_wrong_in_mid_sweep_is_named_in_time_and_the_sweep_is
 @pytest.mark.parametrize("row", ["TILT_STALL", "LIDAR_GARBLED", "LIDAR_DIRTY"])
 def test_a_device_that_stays_wrong_ends_in_safe_with_the_reason(scanning, row):
     BREAKS[row][0](scanning)
-    assert scanning.until_final(scanning.request, 90.0) is State.FAILED
+    assert scanning.until_final(scanning.request, 90.0) is RequestState.FAILED
     assert "scanned again 3 times" in scanning.text(scanning.request) and row in scanning.text(scanning.request)
     assert scanning.mode is Mode.SAFE
 

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from ground.archive.store import Archive
-from ground.station.clock import Turn
-from ground.station.settings import Settings
+from ground.station.clock import ClockTurn
+from ground.station.settings import StationSettings
 from ground.station.station import Station
 from hil.run.processes import free_ports
 from onboard.config import ConfigError, Link
 from onboard.core.downlink import Downlink
-from onboard.core.telemetry import View
+from onboard.core.telemetry import TelemetryInputs
 from onboard.drivers.link.port import LinkPort, LinkPortError
 from protocol.link.datagrams import MAX_DATAGRAM, bench_keys
-from protocol.link.transactions import State
+from protocol.link.transactions import RequestState
 from protocol.tables.modes import Mode
 
 KEYS = bench_keys(7)
@@ -40,8 +40,8 @@ class Rover:
         self.now_ns += TICK_NS
         for order in self.core.receive(self.port.read(self.now_ns), self.now_ns):
             self.done.append(order.name)
-            self.core.report(order.request_id, State.COMPLETED)
-        self.core.sample(View(mode=Mode.STANDBY), self.now_ns)
+            self.core.report(order.request_id, RequestState.COMPLETED)
+        self.core.sample(TelemetryInputs(mode=Mode.STANDBY), self.now_ns)
         self.port.write(self.core.send(self.now_ns))
 
 
@@ -59,7 +59,7 @@ class World:
         return made
 
     def station(self, number: int = 1) -> Station:
-        settings = Settings(endpoint=f"udp/127.0.0.1:{self.number}", station=number, bench_seed=7, one_way_s=0.0)
+        settings = StationSettings(endpoint=f"udp/127.0.0.1:{self.number}", station=number, bench_seed=7, one_way_s=0.0)
         made = self.stack.enter_context(Station(settings, self.stack.enter_context(Archive(":memory:"))))
         made._end.clock_ns = lambda: self.rover.now_ns
         return made
@@ -75,14 +75,14 @@ class World:
         self.rover.turn()
         for one in stations:
             one._end.knock()
-            one.turn(Turn(self.rover.now_ns, None))
+            one.turn(ClockTurn(self.rover.now_ns, None))
             one.flush(self.rover.now_ns)
 
     def asks(self, station: Station, name: str) -> None:
         """A command of this station is done and confirmed."""
         self.until(lambda: station.session.boot_id, station)
         request = station.session.request(name, {}, self.rover.now_ns)
-        self.until(lambda: station.session.requester.requests[request].state is State.COMPLETED, station)
+        self.until(lambda: station.session.requester.requests[request].state is RequestState.COMPLETED, station)
 
 
 @contextmanager
@@ -149,7 +149,7 @@ def test_a_flood_from_elsewhere_fills_no_queue_of_a_station_that_listens():
         station.flush(here.rover.now_ns)
         here.rover.turn()
         assert here.rover.done == ["stop"]
-        here.until(lambda: station.session.requester.requests[request].state is State.COMPLETED, station)
+        here.until(lambda: station.session.requester.requests[request].state is RequestState.COMPLETED, station)
 
 
 def test_two_programs_of_one_station_a_second_station_and_a_viewer_all_hear_the_rover():

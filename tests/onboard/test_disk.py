@@ -15,7 +15,7 @@ from onboard.perception import ldem as maps
 from onboard.perception import tiles
 from onboard.perception.stop_map import NO_POINTS, StopMap, recall
 from onboard.records import Ldem
-from onboard.records.status import Saved
+from onboard.records.status import SaveResult
 
 CELL_M = 2.0
 
@@ -166,7 +166,7 @@ def test_a_nearly_full_disk_is_told_and_the_next_map_tries_again(folder: Path, m
     keeper = disk.Keeper(str(folder), start, told.append, wait=True)
     keeper.keep(StopMap(seen(0.9), NO_POINTS))
     why = "3 MB are free on the disk, and 64 MB are to stay free"
-    assert keeper.collect() == (Saved("map", f"not kept: {why}"),)
+    assert keeper.collect() == (SaveResult("map", f"not kept: {why}"),)
     assert told == [f"the map is not saved in {folder}: {why}"]
     monkeypatch.undo()
     keeper.keep(StopMap(seen(0.9), NO_POINTS))

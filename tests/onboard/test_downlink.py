@@ -7,7 +7,7 @@ import pytest
 
 from onboard.config import Link
 from onboard.core.downlink import Downlink
-from onboard.core.telemetry import SAMPLERS, View
+from onboard.core.telemetry import SAMPLERS, TelemetryInputs
 from onboard.devices.lidar.clock import ClockQuality
 from onboard.records import (
     Estimate,
@@ -22,15 +22,15 @@ from onboard.records import (
 from protocol.generated import eldorado_dialect
 from protocol.link import bulk, events
 from protocol.link import datagrams as link
-from protocol.link.datagrams import Kind
-from protocol.link.transactions import State, decode_report
+from protocol.link.datagrams import DatagramKind
+from protocol.link.transactions import RequestState, decode_report
 from protocol.tables import commands, telemetry
 from protocol.tables.modes import Mode, Phase
 
 MS = 1_000_000
 S = 1000 * MS
 POSE = Pose(3.0, 4.0, 0.5, 0.01, -0.02, 0.3)
-VIEW = View(
+VIEW = TelemetryInputs(
     mode=Mode.AUTONOMOUS,
     phase=Phase.DRIVING,
     estimate=Estimate(POSE, np.diag([0.01, 0.03, 0.0, 0.0004]), 0.11, 0.05),
@@ -55,7 +55,7 @@ VIEW = View(
 
 def uplink(name, arguments=None, request_id=1, expiry_ns=0, station=1):
     payload = commands.encode(commands.Telecommand(request_id, 0, expiry_ns, name, arguments or {}))
-    return LinkMessage(0, True, "", station, Kind.TELECOMMAND, payload)
+    return LinkMessage(0, True, "", station, DatagramKind.TELECOMMAND, payload)
 
 
 def downlink(rate_bps=256e3, view=VIEW):
@@ -68,11 +68,11 @@ def downlink(rate_bps=256e3, view=VIEW):
 def decode(payloads):
     """MAVLink messages of all payloads."""
     parser = eldorado_dialect.MAVLink(None)
-    return [m for kind, p in payloads if kind == Kind.MAVLINK for m in parser.parse_buffer(p) or []]
+    return [m for kind, p in payloads if kind == DatagramKind.MAVLINK for m in parser.parse_buffer(p) or []]
 
 
 def reports(payloads):
-    return [decode_report(p) for kind, p in payloads if kind == Kind.REPORT]
+    return [decode_report(p) for kind, p in payloads if kind == DatagramKind.REPORT]
 
 
 def run(made, until_ns, start_ns=0, view=VIEW, sampled=True):
@@ -90,8 +90,8 @@ def test_an_order_comes_out_once_however_often_its_telecommand_arrives():
     (order,) = made.receive([goto, goto], 10 * MS)
     assert (order.name, order.arguments, order.station) == ("goto", {"x_m": 5.0, "y_m": 6.0}, 1)
     assert made.receive([goto], 1 * S) == []
-    made.report(order.request_id, State.STARTED, "scanning", (12.5,))
-    assert reports(made.send(1 * S))[-1][3:] == (State.STARTED, 0, "scanning", (12.5,))
+    made.report(order.request_id, RequestState.STARTED, "scanning", (12.5,))
+    assert reports(made.send(1 * S))[-1][3:] == (RequestState.STARTED, 0, "scanning", (12.5,))
 
 
 @pytest.mark.parametrize(
@@ -103,7 +103,7 @@ def test_an_order_comes_out_once_however_often_its_telecommand_arrives():
     ],
 )
 def test_what_may_not_be_done_is_reported_with_the_reason(message, mode, words):
-    made = downlink(view=View(mode=mode))
+    made = downlink(view=TelemetryInputs(mode=mode))
     assert made.receive([message], 2 * S) == []
     assert reports(made.send(2 * S))[0].text.startswith(words)
 
@@ -127,7 +127,7 @@ def test_the_ellipse_of_the_place_has_the_axes_of_the_covariance_that_was_turned
     turn = np.array([[c, -s], [s, c]])
     covariance = np.diag([0.0, 0.0, 0.1, 0.1])
     covariance[:2, :2] = turn @ np.diag([major_m**2, minor_m**2]) @ turn.T
-    view = View(estimate=Estimate(POSE, covariance, 0.0, 0.0))
+    view = TelemetryInputs(estimate=Estimate(POSE, covariance, 0.0, 0.0))
     found = [SAMPLERS[name](view) for name in ("sigma_major_m", "sigma_minor_m", "sigma_axis_rad")]
     assert found == pytest.approx([major_m, minor_m, math.radians(axis_deg)], abs=1e-7)
 
@@ -147,7 +147,7 @@ def test_mavlink_clients_read_position_north_and_down_and_heading_from_north():
 
 def test_a_view_without_any_source_is_telemetry_all_the_same():
     made = Downlink(Link())
-    made.sample(View(), 0)
+    made.sample(TelemetryInputs(), 0)
     assert {m.get_type() for m in decode(made.send(0))} == {"HEARTBEAT", "ROVER_STATE", "WHEELS", "ITEMS", "LINK_STATE"}
 
 
@@ -174,9 +174,9 @@ def test_reports_go_before_housekeeping_and_that_before_events_and_bulk():
     sent = run(made, 2 * S)
     names = [
         "REPORT"
-        if k == Kind.REPORT
+        if k == DatagramKind.REPORT
         else "BULK"
-        if k == Kind.BULK_CHUNK
+        if k == DatagramKind.BULK_CHUNK
         else "EVENT"
         if any(m.get_type() == "EVENT" for m in decode([(k, p)]))
         else "STATE"
@@ -189,7 +189,7 @@ def test_reports_go_before_housekeeping_and_that_before_events_and_bulk():
 def test_telemetry_that_waited_is_replaced_by_the_newest():
     made = Downlink(Link(rate_bps=16e3))
     for n in range(5):
-        made.sample(View(stop=n), n * 500 * MS)
+        made.sample(TelemetryInputs(stop=n), n * 500 * MS)
     sent = [m for t in range(100) for m in decode(made.send(2 * S + t * 10 * MS))]
     assert [m.stop for m in sent if m.get_type() == "ROVER_STATE"] == [4]
 
@@ -208,7 +208,7 @@ def test_events_are_repeated_until_acknowledged_and_complete_after_a_blackout():
             found[message.serial] = events.texts(message)
     assert found == {n + 1: ("FAULT", f"number {n} ü") for n in range(40)}
     (ack,) = ground.send(63 * S)
-    made.receive([LinkMessage(0, True, "", 1, Kind.REPORT, ack)], 64 * S)
+    made.receive([LinkMessage(0, True, "", 1, DatagramKind.REPORT, ack)], 64 * S)
     assert made.events_waiting == 0
     assert run(made, 130 * S, 64 * S, sampled=False) == []
 
@@ -216,10 +216,10 @@ def test_events_are_repeated_until_acknowledged_and_complete_after_a_blackout():
 def test_an_object_reaches_the_ground_and_its_bitmap_ends_it():
     made, ground, data = downlink(), bulk.Receiver(1000), bytes(range(256)) * 40
     made.offer("ldem", data, "ldem-1")
-    (product,) = [p for _, k, c in run(made, 1 * S) if k == Kind.BULK_CHUNK and (p := ground.receive(c, 0))]
+    (product,) = [p for _, k, c in run(made, 1 * S) if k == DatagramKind.BULK_CHUNK and (p := ground.receive(c, 0))]
     assert (product.name, product.data) == ("ldem", data)
-    made.receive([LinkMessage(0, True, "", 1, Kind.BULK_BITMAP, ground.send(0)[0])], 1 * S)
-    assert not [k for _, k, _ in run(made, 5 * S, 1 * S) if k == Kind.BULK_CHUNK]
+    made.receive([LinkMessage(0, True, "", 1, DatagramKind.BULK_BITMAP, ground.send(0)[0])], 1 * S)
+    assert not [k for _, k, _ in run(made, 5 * S, 1 * S) if k == DatagramKind.BULK_CHUNK]
 
 
 def test_refused_datagrams_are_counted_by_kind_told_at_most_every_10_s_and_are_no_contact():
@@ -227,7 +227,9 @@ def test_refused_datagrams_are_counted_by_kind_told_at_most_every_10_s_and_are_n
     bad = [LinkMessage(0, False, verdict, 0, 0, b"") for verdict in ("tag", "tag", "replay")]
     for n in range(200):
         made.receive(bad, n * 10 * MS)
-    made.receive([LinkMessage(0, True, "", 1, Kind.TELECOMMAND, b"x"), LinkMessage(0, True, "", 1, 77, b"")], 3 * S)
+    made.receive(
+        [LinkMessage(0, True, "", 1, DatagramKind.TELECOMMAND, b"x"), LinkMessage(0, True, "", 1, 77, b"")], 3 * S
+    )
     assert made.refused == {"tag": 400, "replay": 200, "telecommand": 1, "kind": 1}
     assert [event.text for event in made.notices] == ["replay 1, tag 2"]
     assert made.last_contact_ns == 3 * S

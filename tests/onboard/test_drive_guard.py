@@ -14,7 +14,7 @@ from onboard.planning.wheel_footprint import barred, driven, tracks
 from onboard.records import Cloud, Pose
 
 ROVER, MAPPING = config.Rover(), config.Mapping_()
-SETTINGS = drive_guard.Settings(ROVER, MAPPING, config.DriveGuard(on=True))
+SETTINGS = drive_guard.GuardSettings(ROVER, MAPPING, config.DriveGuard(on=True))
 GRID = ldem.grid_around(0.0, 0.0, 6.0, 0.1)
 AHEAD_M = drive_guard.ahead_m(ROVER, SETTINGS.guard)
 WAY = np.column_stack([np.arange(0.0, 2.6, 0.05), np.zeros(52), np.zeros(52)])

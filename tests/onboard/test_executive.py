@@ -10,14 +10,14 @@ from core_bench import QUICK, STATION, CoreBench, first_map, quick
 
 from hil.devices.can.nodes import Encoder
 from onboard import config
-from onboard.motion.wheel_health import Drive
+from onboard.motion.wheel_health import DriveHealth
 from onboard.perception.registration import RegistrationResult
 from onboard.planning.prediction import predict
 from onboard.records import Gdem, Grid, LinkMessage
 from protocol.generated.can_codec import StopReason
 from protocol.link import bulk
-from protocol.link.datagrams import Kind, payload_limit
-from protocol.link.transactions import State
+from protocol.link.datagrams import DatagramKind, payload_limit
+from protocol.link.transactions import RequestState
 from protocol.products import decode_ldem, poses_of
 from protocol.tables.faults import BY_NAME, FAULTS
 from protocol.tables.modes import Mode, Phase
@@ -80,7 +80,7 @@ def standing(rover):
 
 def contact(rover):
     """An authenticated datagram that asks nothing: an acknowledgement of no events."""
-    rover.hear(LinkMessage(rover.now_ns, True, "ok", STATION, Kind.REPORT, bytes(4)))
+    rover.hear(LinkMessage(rover.now_ns, True, "ok", STATION, DatagramKind.REPORT, bytes(4)))
 
 
 @pytest.fixture(scope="module")
@@ -102,8 +102,12 @@ def driving(known):
 def test_goto_is_started_and_completed(known):
     rover = bench(known)
     request = rover.goto(1.2, 0.2)
-    assert rover.until_final(request) is State.COMPLETED
-    assert rover.states(request) == [State.STARTED, State.PROGRESS, State.COMPLETED]  # in between: the way
+    assert rover.until_final(request) is RequestState.COMPLETED
+    assert rover.states(request) == [
+        RequestState.STARTED,
+        RequestState.PROGRESS,
+        RequestState.COMPLETED,
+    ]  # in between: the way
     assert "from the goal" in rover.text(request)
     assert rover.mode is Mode.STANDBY
     rover.step()
@@ -115,7 +119,7 @@ def test_a_goal_outside_the_orbiters_map_is_refused_with_the_maps_extent(known):
     rover = CoreBench(memory=known, gdem=Gdem(Grid(-9.0, -9.0, 2.0, 10, 15), np.zeros((10, 15), np.float32)))
     rover.settle()
     request = rover.goto(50.0, 0.0)
-    assert rover.until_final(request, 1.0) is State.FAILED
+    assert rover.until_final(request, 1.0) is RequestState.FAILED
     assert "(50.0, 0.0) is outside the orbiter's map: x -10 to 20, y -10 to 10 m" in rover.text(request)
     assert rover.mode is Mode.STANDBY
 
@@ -123,9 +127,9 @@ def test_a_goal_outside_the_orbiters_map_is_refused_with_the_maps_extent(known):
 def test_a_second_goto_cancels_the_first_and_begins_with_a_scan(driving):
     second = driving.goto(1.0, 0.0)
     driving.step()
-    assert driving.until_final(driving.request, 1.0) is State.CANCELLED
+    assert driving.until_final(driving.request, 1.0) is RequestState.CANCELLED
     assert "another goto" in driving.text(driving.request)
-    assert driving.states(second) == [State.STARTED]
+    assert driving.states(second) == [RequestState.STARTED]
     assert (driving.mode, driving.phase) == (Mode.AUTONOMOUS, Phase.SCANNING)
     driving.step()
     assert standing(driving)
@@ -143,9 +147,9 @@ def test_stop_in_mid_drive_stands_by_in_the_same_tick_and_the_next_wheel_frames_
         driving.step()
     assert standing(driving)
     driving.run(0.5)
-    assert driving.states(driving.request)[-1] is State.CANCELLED
+    assert driving.states(driving.request)[-1] is RequestState.CANCELLED
     assert "operator" in driving.text(driving.request)
-    assert driving.states(request)[-1] is State.COMPLETED
+    assert driving.states(request)[-1] is RequestState.COMPLETED
     driving.run(1.5)
     assert max(map(abs, driving.turning_rates)) == 0.0
 
@@ -166,15 +170,15 @@ def test_safe_refuses_goto_with_what_is_allowed_until_resume():
     rover = bench()
     safe = rover.order("safe")
     rover.run(0.3)
-    assert rover.states(safe)[-1] is State.COMPLETED
+    assert rover.states(safe)[-1] is RequestState.COMPLETED
     assert rover.mode is Mode.SAFE
     refused = rover.goto(1.0, 0.0)
     rover.run(0.3)
-    assert rover.states(refused) == [State.FAILED]
+    assert rover.states(refused) == [RequestState.FAILED]
     assert rover.text(refused).startswith("goto is refused in SAFE: it needs STANDBY, AUTONOMOUS; allowed now: resume")
     resume = rover.order("resume")
     rover.run(0.3)
-    assert rover.states(resume)[-1] is State.COMPLETED
+    assert rover.states(resume)[-1] is RequestState.COMPLETED
     assert rover.mode is Mode.STANDBY
 
 
@@ -184,7 +188,7 @@ def test_of_two_orders_in_one_tick_the_second_meets_the_mode_that_the_first_made
     second = rover.goto(1.0, 0.0)
     rover.run(0.3)
     assert rover.mode is Mode.SAFE
-    assert rover.states(second) == [State.FAILED]
+    assert rover.states(second) == [RequestState.FAILED]
     assert "refused in SAFE" in rover.text(second)
     assert not rover.rover.executive.in_mission
 
@@ -200,19 +204,19 @@ def test_emergency_stop_latches_every_node_and_only_reset_releases_them(driving)
     driving.run(0.3)
     assert driving.mode is Mode.ESTOP
     assert all(node.latched for node in driving.nodes.all)
-    assert driving.states(stop)[-1] is State.COMPLETED
-    assert driving.states(driving.request)[-1] is State.CANCELLED
+    assert driving.states(stop)[-1] is RequestState.COMPLETED
+    assert driving.states(driving.request)[-1] is RequestState.CANCELLED
     refused = driving.order("resume")
     driving.run(2.0)
-    assert driving.states(refused) == [State.FAILED]
+    assert driving.states(refused) == [RequestState.FAILED]
     assert max(map(abs, driving.turning_rates)) == 0.0
     reset = driving.order("reset")
-    assert driving.until_final(reset, 4.0) is State.COMPLETED
+    assert driving.until_final(reset, 4.0) is RequestState.COMPLETED
     assert driving.mode is Mode.STANDBY
     assert not any(node.latched for node in driving.nodes.all)
     driving.run(1.0)
     assert driving.mode is Mode.STANDBY
-    assert driving.until_final(driving.goto(*driving.pose[:2])) is State.COMPLETED
+    assert driving.until_final(driving.goto(*driving.pose[:2])) is RequestState.COMPLETED
 
 
 def test_an_emergency_stop_frame_of_a_node_latches_estop_within_20_ms(driving):
@@ -221,9 +225,9 @@ def test_an_emergency_stop_frame_of_a_node_latches_estop_within_20_ms(driving):
     assert took <= BY_NAME["ESTOP_PRESSED"].detect_s + 0.01
     driving.run(0.3)
     assert standing(driving)
-    assert driving.states(driving.request)[-1] is State.FAILED
+    assert driving.states(driving.request)[-1] is RequestState.FAILED
     assert "ESTOP_PRESSED" in driving.text(driving.request)
-    assert driving.until_final(driving.order("reset"), 4.0) is State.COMPLETED
+    assert driving.until_final(driving.order("reset"), 4.0) is RequestState.COMPLETED
     assert driving.mode is Mode.STANDBY
 
 
@@ -232,7 +236,7 @@ def test_a_reset_that_a_node_does_not_answer_fails_and_the_stop_holds():
     rover.order("emergency_stop")
     rover.run(0.5)
     rover.nodes.wheels[0].hears.clear()
-    assert rover.until_final(rover.order("reset"), 4.0) is State.FAILED
+    assert rover.until_final(rover.order("reset"), 4.0) is RequestState.FAILED
     assert rover.mode is Mode.ESTOP
 
 
@@ -240,7 +244,7 @@ def test_get_ldem_without_a_map_fails_with_help_and_with_one_brings_it_in_standb
     without = bench()
     early = without.order("get", product="ldem")
     without.run(0.3)
-    assert without.states(early) == [State.FAILED]
+    assert without.states(early) == [RequestState.FAILED]
     assert "goto" in without.text(early)
     rover = bench(known)
     data = delivered(rover)
@@ -307,7 +311,7 @@ def received(rover, name, most=3000):
     receiver = bulk.Receiver(payload_limit(QUICK.link.rate_bps))
     for _ in range(most):
         for kind, payload in rover.step().link_payloads:
-            product = receiver.receive(payload, rover.now_ns) if kind == Kind.BULK_CHUNK else None
+            product = receiver.receive(payload, rover.now_ns) if kind == DatagramKind.BULK_CHUNK else None
             if product is not None and product.name == name:
                 return product
     raise AssertionError(f"no {name} came")
@@ -316,7 +320,7 @@ def received(rover, name, most=3000):
 def delivered(rover):
     """The object that `get ldem` brings, received as the ground does."""
     request = rover.order("get", product="ldem")
-    assert rover.until_final(request, 3.0) is State.COMPLETED
+    assert rover.until_final(request, 3.0) is RequestState.COMPLETED
     return received(rover, "ldem").data
 
 
@@ -348,7 +352,7 @@ def test_a_silent_wheel_leads_to_safe_within_210_ms_with_the_reason(driving):
     took = driving.until(lambda: driving.mode is Mode.SAFE, 1.0)
     assert took <= BY_NAME["WHEEL_SILENT"].detect_s + 0.01
     assert "WHEEL_SILENT" in driving.told("MODE")[-1][1]
-    assert driving.until_final(driving.request, 1.0) is State.FAILED
+    assert driving.until_final(driving.request, 1.0) is RequestState.FAILED
     assert "WHEEL_SILENT" in driving.text(driving.request)
     refused = driving.order("resume")
     driving.run(0.3)
@@ -416,7 +420,7 @@ def test_a_thing_put_on_the_way_ends_it_within_200_ms_of_the_second_line_that_me
 
 def test_to_back_off_once_more_than_the_row_allows_leads_to_safe_with_the_reason(guarded):
     guarded.rover.executive.mission._backed["HAZARD_AHEAD"] = BY_NAME["HAZARD_AHEAD"].tries
-    assert guarded.until_final(guarded.request, 20.0) is State.FAILED
+    assert guarded.until_final(guarded.request, 20.0) is RequestState.FAILED
     assert guarded.mode is Mode.SAFE
     assert "backed off 20 times" in guarded.text(guarded.request)
 
@@ -471,7 +475,7 @@ def test_without_contact_the_leg_is_finished_then_the_rover_stands_by_and_says_s
     assert at_s == pytest.approx(2.0 + 12.0, abs=BY_NAME["COMMAND_LOST"].detect_s)
     was_driving = rover.phase in (Phase.DRIVING, Phase.TURNING)
     assert was_driving
-    assert rover.until_final(request, 60.0) is State.FAILED
+    assert rover.until_final(request, 60.0) is RequestState.FAILED
     assert "no authenticated contact" in rover.text(request)
     assert rover.mode is Mode.STANDBY
     assert rover.now_ns / 1e9 > at_s + 0.5
@@ -486,7 +490,7 @@ def test_contact_before_the_leg_ends_lets_the_mission_go_on(known):
         contact(rover)
         rover.run(1.0)
     assert ("FAULT_CLEARED", "COMMAND_LOST") in [(e.name, e.text) for e in rover.events]
-    assert rover.states(request)[-1] is State.COMPLETED
+    assert rover.states(request)[-1] is RequestState.COMPLETED
 
 
 def test_a_late_job_is_reported_while_it_is_late():
@@ -507,7 +511,7 @@ def test_a_job_that_never_comes_ends_the_mission_in_safe_with_its_name(monkeypat
     rover.job_late_ticks = 10**9
     request = rover.goto(3.0, 0.5)
     rover.until(lambda: rover.mode is Mode.SAFE, 30.0)
-    assert rover.states(request)[-1] is State.FAILED
+    assert rover.states(request)[-1] is RequestState.FAILED
     assert rover.text(request).startswith("look: no result")
     assert rover.rover.jobs.running == ()
 
@@ -534,7 +538,7 @@ def test_a_lidar_that_stays_silent_fails_the_mission_after_3_new_tries():
     request = rover.goto(3.0, 0.5)
     rover.until(lambda: rover.lidar.scans > 30, 20.0)
     rover.lidar_plugged = False
-    assert rover.until_final(request, 60.0) is State.FAILED
+    assert rover.until_final(request, 60.0) is RequestState.FAILED
     assert "LIDAR_SILENT" in rover.text(request)
     assert (rover.mode, rover.phase) == (Mode.SAFE, Phase.FAILED)
     rover.run(0.1)
@@ -555,7 +559,7 @@ def test_a_stuck_wheel_ends_the_way_with_a_scan_and_a_second_one_is_the_end(driv
     assert driving.told("FAULT")[0][1].startswith("WHEEL_STUCK: ") and driving.told("FAULT")[0][1].endswith("(wheel 2)")
     driving.until_phase(Phase.SCANNING, 5.0)
     assert driving.mode is Mode.AUTONOMOUS
-    assert driving.rover.wheels[1].drive is Drive.STUCK
+    assert driving.rover.wheels[1].drive is DriveHealth.STUCK
     driving.until_phase(Phase.DRIVING)
     driving.until(lambda: abs(driving.turning_rates[2]) > 0.3, 20.0)
     jam(driving, 3)

@@ -15,8 +15,8 @@ from onboard.planning.fenced import MARGIN_M, STAND_M, closed, fenced, keep_out
 from onboard.planning.fences import GOAL, KEEP_OUT, Fence, entered, from_json, goal_refused, to_json
 from onboard.planning.poses import ORIENTATIONS, Freedom
 from onboard.records import Gdem, Grid, Pose
-from onboard.records.status import Saved
-from protocol.link.transactions import State
+from onboard.records.status import SaveResult
+from protocol.link.transactions import RequestState
 from protocol.tables.faults import BY_NAME
 from protocol.tables.modes import Mode, Phase
 
@@ -147,7 +147,7 @@ def test_a_goal_outside_the_goal_fence_or_in_a_keep_out_is_refused_with_its_name
 
 def test_a_fence_whose_edges_cross_is_refused(standing):
     request = add(standing, "bow", KEEP_OUT, 0, 0, 2, 2, 2, 0, 0, 2)
-    assert standing.states(request) == [State.FAILED] and standing.rover.fences.fences == ()
+    assert standing.states(request) == [RequestState.FAILED] and standing.rover.fences.fences == ()
     assert standing.text(request) == "the edges of bow cross: give its corners in their order around it"
     assert not CONCAVE.crosses_itself
 
@@ -166,7 +166,7 @@ def test_the_17th_fence_is_refused_and_one_of_a_known_name_is_replaced(standing)
         add(standing, f"f{n}", KEEP_OUT, 50, 50 + n, 51, 50 + n, 51, 51 + n)
     refused = add(standing, "f16", KEEP_OUT, 0, 0, 1, 0, 1, 1)
     replaced = add(standing, "f3", KEEP_OUT, 60, 60, 61, 60, 61, 61)
-    assert standing.states(refused) == [State.FAILED] and standing.states(replaced) == [State.COMPLETED]
+    assert standing.states(refused) == [RequestState.FAILED] and standing.states(replaced) == [RequestState.COMPLETED]
     assert len(standing.rover.fences.fences) == 16
 
 
@@ -175,7 +175,7 @@ def test_fences_are_kept_at_each_change_and_in_force_at_the_next_start():
     rover.settle()
     request = rover.order("fence_add", fence="pit", kind=KEEP_OUT, corners_m=(2, 1, 4, 1, 4, 3))
     (save,) = rover.step().saves
-    rover.saved = (Saved("fences"),)
+    rover.saved = (SaveResult("fences"),)
     rover.run(0.05)
     assert rover.text(request) == "pit, keep_out of 3 corners; kept"
     again = Rover(config.Config(), None, None, {"fences": save.data})
@@ -205,18 +205,18 @@ def test_a_keep_out_drawn_across_the_way_backs_the_rover_off_and_it_goes_round(k
 
     def done():
         touched.append(entered(fence, Pose(*rover.pose[:2], yaw_rad=rover.pose[2]), ROVER))
-        return bool(rover.states(request)) and State(rover.states(request)[-1]).final
+        return bool(rover.states(request)) and RequestState(rover.states(request)[-1]).final
 
     rover.until(done, 300.0)
-    assert rover.states(request)[-1] is State.COMPLETED and not any(touched)
+    assert rover.states(request)[-1] is RequestState.COMPLETED and not any(touched)
     assert len(rover.told("FAULT")) == 1 <= BY_NAME["KEEP_OUT"].tries
 
 
 def test_the_operators_drive_ends_at_a_keep_out_and_may_leave_it(standing):
     add(standing, "wall", KEEP_OUT, 0.9, -1, 1.2, -1, 1.2, 1, 0.9, 1)
     request = standing.order("drive", vx_mps=0.1, vy_mps=0.0, yaw_radps=0.0, duration_s=30.0, distance_m=3.0)
-    assert standing.until_final(request) is State.FAILED and standing.text(request).startswith("KEEP_OUT")
+    assert standing.until_final(request) is RequestState.FAILED and standing.text(request).startswith("KEEP_OUT")
     assert 0.4 < standing.pose[0] < 0.45
     away = standing.order("drive", vx_mps=-0.1, vy_mps=0.0, yaw_radps=0.0, duration_s=30.0, distance_m=0.3)
-    assert standing.until_final(away) is State.COMPLETED
+    assert standing.until_final(away) is RequestState.COMPLETED
     assert entered(standing.rover.fences.fences, Pose(*standing.pose[:2]), ROVER) == "" and standing.pose[0] < 0.3

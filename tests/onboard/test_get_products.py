@@ -24,8 +24,8 @@ from onboard.record.writer import Recorder
 from onboard.records import Inputs, LinkMessage
 from protocol.conventions import TICK_NS
 from protocol.link import bulk
-from protocol.link.datagrams import Kind, payload_limit
-from protocol.link.transactions import State
+from protocol.link.datagrams import DatagramKind, payload_limit
+from protocol.link.transactions import RequestState
 from protocol.products.height_std import decode_height_std
 from protocol.products.nsp import decode_nsp
 from protocol.products.scan import decode_scan
@@ -44,7 +44,7 @@ def bench(**sections):
 def refused(rover, **arguments):
     request = rover.order("get", **arguments)
     rover.run(0.3)
-    assert rover.states(request)[-1] is State.FAILED
+    assert rover.states(request)[-1] is RequestState.FAILED
     return rover.text(request)
 
 
@@ -54,14 +54,14 @@ def delivered(rover, **arguments):
     request = rover.order("get", **arguments)
     for _ in range(6000):
         for kind, payload in rover.step().link_payloads:
-            if kind == Kind.BULK_CHUNK:
+            if kind == DatagramKind.BULK_CHUNK:
                 found = receiver.receive(payload, rover.now_ns)
                 got += [found] if found and found.name == arguments["product"] else []  # a goto's way comes as well
         if got:
             break
         for bitmap in receiver.send(rover.now_ns):
-            rover.hear(LinkMessage(rover.now_ns, True, "ok", STATION, Kind.BULK_BITMAP, bitmap))
-    assert rover.states(request)[-1] is State.COMPLETED
+            rover.hear(LinkMessage(rover.now_ns, True, "ok", STATION, DatagramKind.BULK_BITMAP, bitmap))
+    assert rover.states(request)[-1] is RequestState.COMPLETED
     return got[-1].data, rover.text(request)
 
 
@@ -169,12 +169,12 @@ class Recorded:
         if number not in self._orders:
             return ()
         order = commands.Telecommand(number, number * TICK_NS, 0, "get", self._orders[number])
-        return (LinkMessage(number * TICK_NS, True, "ok", 3, Kind.TELECOMMAND, commands.encode(order)),)
+        return (LinkMessage(number * TICK_NS, True, "ok", 3, DatagramKind.TELECOMMAND, commands.encode(order)),)
 
     @property
     def product(self):
         receiver = bulk.Receiver(payload_limit(QUICK.link.rate_bps))
-        made = [receiver.receive(data, at_ns) for at_ns, kind, data in self.payloads if kind == Kind.BULK_CHUNK]
+        made = [receiver.receive(data, at_ns) for at_ns, kind, data in self.payloads if kind == DatagramKind.BULK_CHUNK]
         return next(product for product in made if product)
 
 
@@ -281,5 +281,5 @@ def test_a_time_that_is_none_is_refused_with_what_there_is(tmp_path, asked, why)
     from protocol.link.transactions import decode_report
 
     run = Recorded(tmp_path / "run.mcap", 420, [(400, {"product": "record", **asked})])
-    reports = [decode_report(data) for _, kind, data in run.payloads if kind == Kind.REPORT]
-    assert reports[-1].state is State.FAILED and why in reports[-1].text
+    reports = [decode_report(data) for _, kind, data in run.payloads if kind == DatagramKind.REPORT]
+    assert reports[-1].state is RequestState.FAILED and why in reports[-1].text

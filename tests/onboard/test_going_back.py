@@ -11,7 +11,7 @@ from onboard import config
 from onboard.core.mission.driven_trail import STEP_M
 from onboard.core.mission.return_track import Track
 from onboard.records import Pose
-from protocol.link.transactions import State
+from protocol.link.transactions import RequestState
 from protocol.tables.modes import Mode
 
 
@@ -84,10 +84,10 @@ def test_return_drives_back_to_the_start_on_the_way_that_was_driven(known):
     driven = rover.rover.executive.tasks.track.back()[:, :2]
     assert math.hypot(*rover.pose[:2]) > 0.9
     request, worst_m = rover.order("return"), 0.0
-    while not (rover.states(request) and State(rover.states(request)[-1]).final):
+    while not (rover.states(request) and RequestState(rover.states(request)[-1]).final):
         rover.step()
         worst_m = max(worst_m, np.hypot(*(driven - rover.pose[:2]).T).min())
-    assert rover.states(request)[-1] is State.COMPLETED and rover.told("RETURNED") and rover.mode is Mode.STANDBY
+    assert rover.states(request)[-1] is RequestState.COMPLETED and rover.told("RETURNED") and rover.mode is Mode.STANDBY
     assert math.hypot(*rover.pose[:2]) < 0.1 and abs(rover.pose[2]) < math.radians(6)
     assert worst_m < 0.08
 
@@ -97,7 +97,7 @@ def test_a_keep_out_across_the_way_back_is_named_and_nothing_is_driven(known):
     stood = list(rover.pose)
     rover.order("fence_add", fence="pit", kind="keep_out", corners_m=(-0.6, -0.1, -0.4, -0.1, -0.5, 0.1))
     request = rover.order("return")
-    assert rover.until_final(request) is State.FAILED
+    assert rover.until_final(request) is RequestState.FAILED
     assert "keep-out `pit` lies across the way back" in rover.text(request)
     assert rover.pose == pytest.approx(stood, abs=1e-3)
 
@@ -108,7 +108,7 @@ def test_without_contact_the_rover_goes_back_where_the_setting_says_so(known):
     rover.settle()
     request = rover.goto(3.0, 0.0)
     rover.until_final(request, 120.0)
-    assert rover.states(request)[-1] is State.FAILED
+    assert rover.states(request)[-1] is RequestState.FAILED
     assert rover.text(request) == "no authenticated contact: leg finished, returning"
     gone_m = math.hypot(*rover.pose[:2])
     rover.until(lambda: rover.mode is Mode.STANDBY, 200.0)

@@ -11,7 +11,7 @@ from onboard import config
 from onboard.core.rover import Rover
 from onboard.core.tick import tick
 from onboard.drivers.platform.workers import Inline
-from protocol.link.transactions import State
+from protocol.link.transactions import RequestState
 from protocol.tables.modes import Mode, Phase
 
 ON = config.DriveGuard(on=True)
@@ -78,7 +78,7 @@ def test_a_line_takes_the_estimate_of_its_own_time(driving):
 
 
 def test_a_way_that_stays_as_it_was_mapped_is_driven_without_a_stop(driving):
-    assert driving.until_final(driving.request, 200.0) is State.COMPLETED
+    assert driving.until_final(driving.request, 200.0) is RequestState.COMPLETED
     assert not driving.told("HAZARD")
     assert not driving.told("FAULT")
 
@@ -132,7 +132,7 @@ def test_a_verdict_that_is_late_stops_the_rover_until_it_comes(driving):
 
 def test_a_guard_that_stays_blind_ends_the_mission_with_the_reason(driving):
     driving.lidar_plugged = False
-    assert driving.until_final(driving.request, 40.0) is State.FAILED
+    assert driving.until_final(driving.request, 40.0) is RequestState.FAILED
     assert "blind for 30 s" in driving.text(driving.request)
     assert driving.mode is Mode.STANDBY
 
@@ -142,7 +142,7 @@ def test_an_axis_that_does_not_come_to_its_angle_keeps_the_wheels_still(setting_
     setting_out.run(5.0)
     assert not held(setting_out)
     assert max(map(abs, setting_out.turning_rates)) == 0.0
-    assert setting_out.until_final(setting_out.request, 40.0) is State.FAILED
+    assert setting_out.until_final(setting_out.request, 40.0) is RequestState.FAILED
     assert "not held" in setting_out.text(setting_out.request)
 
 

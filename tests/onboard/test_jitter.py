@@ -11,7 +11,7 @@ from onboard.__main__ import app
 from onboard.bringup.jitter import reference
 from onboard.bringup.jitter.command import ALL, figures, lines
 from onboard.bringup.jitter.job import request
-from onboard.bringup.jitter.measure import WARM_TICKS, Bed, Measured
+from onboard.bringup.jitter.measure import WARM_TICKS, Bed, JitterFigures
 from onboard.bringup.jitter.reference import ReferenceError, of_cyclictest
 from onboard.config import Config, Realtime
 from onboard.native import _wakes
@@ -97,7 +97,7 @@ def test_the_bare_loop_wakes_as_often_as_asked_and_never_early():
 
 def measured(late_us, grants=()):
     late_us = np.array(late_us, float)
-    return Measured(late_us, np.full(len(late_us), 500.0), 2, 7, 33.0, grants)
+    return JitterFigures(late_us, np.full(len(late_us), 500.0), 2, 7, 33.0, grants)
 
 
 def test_the_figures_are_the_shares_of_what_was_measured():

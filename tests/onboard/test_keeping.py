@@ -24,7 +24,7 @@ from onboard.drivers.storage.state_folder import StateFolder, count_boot, read_k
 from onboard.journal import Level
 from onboard.perception.pose_filter import RESUME_SIGMA
 from onboard.perception.stop_map import NO_POINTS, StopMap
-from onboard.records.status import Save, Saved
+from onboard.records.status import Save, SaveResult
 from protocol.tables.modes import Mode
 
 KEEPS = replace(QUICK, state=State(folder="somewhere"))
@@ -41,7 +41,7 @@ def driven(settings=KEEPS, seconds=10.0, **order):
         rover.step()
         saves = [save for save in rover.outputs.saves if save.name == "pose"]
         kept += [(json.loads(save.data), rover.rover.localisation.pose) for save in saves]
-        rover.saved = tuple(Saved(save.name) for save in saves)
+        rover.saved = tuple(SaveResult(save.name) for save in saves)
     return rover, kept
 
 
@@ -74,7 +74,7 @@ def test_a_slow_disk_thins_the_poses_out_and_one_is_written_at_a_time():
     for n in range(1000):
         rover.step()
         asked += [n for save in rover.outputs.saves if save.name == "pose"]
-        rover.saved = (Saved("pose"),) if asked and n == asked[-1] + 200 else ()
+        rover.saved = (SaveResult("pose"),) if asked and n == asked[-1] + 200 else ()
     assert len(asked) >= 4 and min(b - a for a, b in pairwise(asked)) > 200
 
 
@@ -137,7 +137,7 @@ def test_a_disk_that_takes_nothing_is_told_once_and_again_when_it_does_and_the_r
     for n in range(1400):
         rover.step()
         full = "not kept: No space left on device" if n < 700 else ""
-        rover.saved = tuple(Saved(save.name, full) for save in rover.outputs.saves)
+        rover.saved = tuple(SaveResult(save.name, full) for save in rover.outputs.saves)
     told = [event.text for event in rover.events if event.name == "STATE"]
     assert told == ["pose: not kept: No space left on device", "pose: kept again"]
     assert rover.states(request)[-1].name == "COMPLETED" and rover.pose[0] > 1.0
@@ -157,12 +157,12 @@ def test_on_a_disk_that_is_full_or_read_only_parameters_pose_and_map_are_not_kep
     why = f"not kept: {os.strerror(number)}"
     folder = StateFolder(str(tmp_path / "state"), wait=True)
     folder.start([Save("pose", b"{}"), Save("parameters", b"{}")])
-    assert folder.collect() == (Saved("pose", why), Saved("parameters", why))
+    assert folder.collect() == (SaveResult("pose", why), SaveResult("parameters", why))
     folder.close()
     told = []
     keeper = Keeper(str(tmp_path / "map"), None, told.append, wait=True)
     keeper.keep(StopMap(seen(0.5), NO_POINTS))
-    assert keeper.collect() == (Saved("map", why),) and len(told) == 2
+    assert keeper.collect() == (SaveResult("map", why),) and len(told) == 2
     keeper.close()
     boot, trouble = count_boot(str(tmp_path / "state"), 3)
     assert boot == 3 and os.strerror(number) in trouble
@@ -255,7 +255,7 @@ def test_a_temporary_file_cut_at_any_byte_is_not_read_and_does_not_hinder_the_ne
     assert read_kept(str(tmp_path)) == {"parameters": OLD}
     folder = StateFolder(str(tmp_path), wait=True)
     folder.start([Save("parameters", NEW)])
-    assert folder.collect() == (Saved("parameters"),)
+    assert folder.collect() == (SaveResult("parameters"),)
     folder.close()
     assert read_kept(str(tmp_path)) == {"parameters": NEW} and not list(tmp_path.glob("*.new"))
 

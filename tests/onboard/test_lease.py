@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from onboard.core.modes.lease import Lease
-from protocol.link.transactions import Order, State
+from protocol.link.transactions import Order, RequestState
 from protocol.tables.commands import RefusedError
 
 S = 1_000_000_000
@@ -88,28 +88,28 @@ def test_who_asks_a_free_lease_has_it_at_once_and_asking_again_says_so(bed):
     bed.do("lease_ask", 1)
     bed.do("lease_ask", 1)
     assert bed.lease.holder == 1
-    assert bed.reports == [(1, State.COMPLETED, "station 1 holds it", ())] * 2
+    assert bed.reports == [(1, RequestState.COMPLETED, "station 1 holds it", ())] * 2
 
 
 def test_a_release_gives_it_to_who_waited_longest_and_then_to_the_next(bed):
     for station in (1, 2, 3):
         bed.do("lease_ask", station)
     assert bed.lease.holder == 1
-    assert [row[1] for row in bed.reports[1:]] == [State.STARTED, State.STARTED]
+    assert [row[1] for row in bed.reports[1:]] == [RequestState.STARTED, RequestState.STARTED]
     bed.do("lease_release", 1)
     assert bed.lease.holder == 2
     bed.do("lease_release", 2)
     assert bed.lease.holder == 3
     bed.do("lease_release", 3)
     assert bed.lease.holder == 0
-    assert bed.reports[-1] == (3, State.COMPLETED, "nobody holds it", ())
+    assert bed.reports[-1] == (3, RequestState.COMPLETED, "nobody holds it", ())
 
 
 def test_asked_again_a_station_goes_to_the_end_of_the_line_and_others_stay_in_it(bed):
     for station in (1, 2, 3, 2):
         bed.do("lease_ask", station)
-    assert (2, State.CANCELLED, "asked for again", ()) in bed.reports
-    assert (3, State.CANCELLED, "asked for again", ()) not in bed.reports
+    assert (2, RequestState.CANCELLED, "asked for again", ()) in bed.reports
+    assert (3, RequestState.CANCELLED, "asked for again", ()) not in bed.reports
     bed.do("lease_release", 1)
     assert bed.lease.holder == 3
 
@@ -120,8 +120,8 @@ def test_who_waits_may_leave_the_line_and_who_does_neither_is_refused(bed):
     bed.do("lease_release", 3)
     assert bed.lease.holder == 1
     assert bed.reports[-2:] == [
-        (3, State.CANCELLED, "no longer asked for", ()),
-        (3, State.COMPLETED, "no longer asked for", ()),
+        (3, RequestState.CANCELLED, "no longer asked for", ()),
+        (3, RequestState.COMPLETED, "no longer asked for", ()),
     ]
     with pytest.raises(RefusedError, match="station 3 does not hold the lease"):
         bed.do("lease_release", 3)
@@ -136,15 +136,15 @@ def test_one_that_waits_and_has_fallen_silent_itself_is_passed_over(bed, silent_
     bed.at(silent_s, 1, 3)
     bed.do("lease_release", 1)
     assert bed.lease.holder == holder
-    silent = (2, State.FAILED, "not heard any more when its turn came", ())
+    silent = (2, RequestState.FAILED, "not heard any more when its turn came", ())
     assert (silent in bed.reports) == (holder == 3)
 
 
 def test_who_holds_it_and_who_waits_is_told_in_words_and_numbers(bed):
     bed.do("lease_show", 3)
-    assert bed.reports[-1] == (3, State.COMPLETED, "nobody holds it", (0,))
+    assert bed.reports[-1] == (3, RequestState.COMPLETED, "nobody holds it", (0,))
     bed.do("lease_ask", 1)
     bed.do("lease_ask", 2)
     bed.at(30.0)
     bed.do("lease_show", 3)
-    assert bed.reports[-1] == (3, State.COMPLETED, "station 1 holds it, heard 30 s ago; waiting: 2", (1, 2))
+    assert bed.reports[-1] == (3, RequestState.COMPLETED, "station 1 holds it, heard 30 s ago; waiting: 2", (1, 2))

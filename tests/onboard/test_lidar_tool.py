@@ -23,7 +23,7 @@ from hil.devices.lidar import profile as profiles
 from hil.devices.lidar.server import LidarServer, LidarTerminal
 from onboard.__main__ import app
 from onboard.bringup.lidar.listener import Listener, log_of
-from onboard.bringup.lidar.report import CHECKS, Tally
+from onboard.bringup.lidar.report import CHECKS, ScanSums
 from onboard.bringup.lidar.show import numbers, polar, view
 from onboard.config import Lidar
 from onboard.devices.lidar.clock import ClockQuality
@@ -185,7 +185,7 @@ def test_beams_without_return_are_lost_between_others_that_returned_and_not_in_t
     status[100:900] = BeamStatus.OK
     status[[300, 400, 401, 402, 500]] = BeamStatus.NO_RETURN
     scan = Scan(0, 1.0, -2.3, 0.004, np.where(status == BeamStatus.OK, 3.0, np.nan).astype(np.float32), status)
-    tally = Tally()
+    tally = ScanSums()
     tally.add([scan, scan])
     assert tally.lost == 2 * 5
     assert tally.lost_ratio == pytest.approx(5 / 800)

@@ -10,7 +10,7 @@ from onboard.config import ConfigError, load
 from onboard.drivers.link.port import LinkPort, LinkPortError, endpoint_of, link_keys
 from onboard.records import PortState
 from protocol.link import carrier
-from protocol.link.datagrams import KEY_DOWN, KEY_UP, Kind, Opener, Sealer, bench_keys, format_keys
+from protocol.link.datagrams import KEY_DOWN, KEY_UP, DatagramKind, Opener, Sealer, bench_keys, format_keys
 
 KEYS = bench_keys(7)
 SAFE = {"can.uri": "virtual:a", "lidar.address": "tcp:127.0.0.1:1"}
@@ -58,12 +58,12 @@ def ground_sealer(boot_id: int = 3) -> Sealer:
 def test_what_leaves_is_sealed_with_the_rovers_key_and_counted():
     with linked() as (port, far):
         assert port.state is PortState.OPEN
-        port.write([(Kind.REPORT, b"first"), (Kind.MAVLINK, b"second")])
+        port.write([(DatagramKind.REPORT, b"first"), (DatagramKind.MAVLINK, b"second")])
         assert port.sent == 2
         opener = Opener(KEYS.downlink)
         assert [(o.kind, o.payload) for o in map(opener.open, far.take(2))] == [
-            (Kind.REPORT, b"first"),
-            (Kind.MAVLINK, b"second"),
+            (DatagramKind.REPORT, b"first"),
+            (DatagramKind.MAVLINK, b"second"),
         ]
         assert opener.boot_id == 3
 
@@ -72,20 +72,20 @@ def test_lock_step_takes_exactly_what_is_counted_with_the_barriers_stamps():
     with linked() as (port, far):
         sealer = ground_sealer()
         for n in range(5):
-            far.put(sealer.seal(Kind.TELECOMMAND, b"%d" % n))
+            far.put(sealer.seal(DatagramKind.TELECOMMAND, b"%d" % n))
         first = port.read_upto(2, (10, 20))
         rest = port.read_upto(5, (30, 40, 50))
         assert [(m.rx_ns, m.payload, m.accepted, m.station, m.kind) for m in first + rest] == [
-            ((n + 1) * 10_000, b"%d" % n, True, 1, Kind.TELECOMMAND) for n in range(5)
+            ((n + 1) * 10_000, b"%d" % n, True, 1, DatagramKind.TELECOMMAND) for n in range(5)
         ]
         assert port.read_upto(5, ()) == ()
 
 
 def test_refused_datagrams_are_handed_on_without_payload_and_with_the_failed_check():
     with linked() as (port, far):
-        good = ground_sealer().seal(Kind.TELECOMMAND, b"stop")
+        good = ground_sealer().seal(DatagramKind.TELECOMMAND, b"stop")
         far.put(good[:-1] + bytes([good[-1] ^ 1]))
-        far.put(ground_sealer(boot_id=2).seal(Kind.TELECOMMAND, b"stop"))
+        far.put(ground_sealer(boot_id=2).seal(DatagramKind.TELECOMMAND, b"stop"))
         far.put(b"noise")
         far.put(good)
         far.put(good)
@@ -106,7 +106,7 @@ def test_missing_datagrams_end_the_wait_with_their_number():
 
 def test_without_a_carrier_the_port_stays_closed_and_writes_are_lost():
     with LinkPort("tcp/127.0.0.1:1", KEYS, 1) as port:
-        port.write([(Kind.REPORT, b"x")])
+        port.write([(DatagramKind.REPORT, b"x")])
         assert port.read(0) == ()
         assert port.state is PortState.CLOSED
         with pytest.raises(LinkPortError, match="did not answer a probe"):
@@ -116,7 +116,7 @@ def test_without_a_carrier_the_port_stays_closed_and_writes_are_lost():
 def test_a_closed_port_is_in_error_and_takes_writes_silently():
     with linked() as (port, _):
         port.close()
-        port.write([(Kind.REPORT, b"x")])
+        port.write([(DatagramKind.REPORT, b"x")])
         assert port.state is PortState.ERROR
 
 

@@ -173,7 +173,7 @@ def test_the_door_for_points_names_what_is_wrong(broken: object, words: str) -> 
     ],
 )
 def test_the_door_for_turns_names_what_is_wrong(changed: dict, words: str) -> None:
-    good = door.Turn(np.zeros(5, np.float32), np.zeros((2, 5)), np.zeros((2, 5)), 8.0)
+    good = door.BeamBlock(np.zeros(5, np.float32), np.zeros((2, 5)), np.zeros((2, 5)), 8.0)
     with pytest.raises(ValueError, match=words):
         LiveGrid(GRID).add_turn(good._replace(**changed), mount_of(np.eye(4), ROVER))
 

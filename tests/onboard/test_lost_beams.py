@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from loss_rig import CONFIG, TRACK, at_random, beams_from, clumps, counted, dark, nothing, sun, sweep, window
 
-from onboard.perception.loss_cause import Cause, View, cause
+from onboard.perception.loss_cause import Cause, SweepLoss, cause
 from onboard.perception.lost_beams import BANDS_M, SECTORS, SURE_M, lost_beams, plane_range_m
 from onboard.records import Pose, TiltTrack
 
@@ -18,7 +18,7 @@ NEAR = slice(0, 2)  # bands within SURE_M
 
 def view(lost, *pose):
     at = Pose(pose[0], pose[1], yaw_rad=math.radians(pose[2]))
-    return View(counted(lost(at) if lost is not nothing else nothing, at), at)
+    return SweepLoss(counted(lost(at) if lost is not nothing else nothing, at), at)
 
 
 def told(*views):

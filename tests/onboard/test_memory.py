@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from onboard.config import load
-from onboard.spare_time import TRIM_NS, Spare
+from onboard.spare_time import TRIM_NS, SpareTime
 
 
 class Heavy:
@@ -25,7 +25,7 @@ def test_what_only_cycles_hold_is_freed_between_missions_and_not_in_one(no_colle
     executive, clock = SimpleNamespace(in_mission=True), SimpleNamespace(ns=0)
     clock.now_ns = lambda: clock.ns
     rover = SimpleNamespace(executive=executive)
-    spare = Spare(load(None, {"clock.mode": "lockstep"}), rover, clock, SimpleNamespace(), print)
+    spare = SpareTime(load(None, {"clock.mode": "lockstep"}), rover, clock, SimpleNamespace(), print)
 
     def garbage():
         held = Heavy()

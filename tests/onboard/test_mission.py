@@ -10,7 +10,7 @@ from core_bench import QUICK, CoreBench, first_map, quick
 from onboard import config
 from onboard.core.mission.mission import BACK_OFF_M
 from protocol.conventions import wrap_rad
-from protocol.link.transactions import State
+from protocol.link.transactions import RequestState
 from protocol.tables.modes import Mode, Phase
 
 LETTERS = {
@@ -30,7 +30,7 @@ pytestmark = pytest.mark.copied
 def fly(goal, memory=None, **sections):
     rover = CoreBench(settings=quick(**sections), memory=memory)
     rover.settle()
-    assert rover.until_final(rover.goto(*goal), 400.0) is State.COMPLETED
+    assert rover.until_final(rover.goto(*goal), 400.0) is RequestState.COMPLETED
     return rover
 
 
@@ -144,7 +144,7 @@ def test_a_reason_to_back_off_ends_the_way_30_cm_back_with_a_scan_and_a_new_plan
     back = [a - b for a, b in zip(rover.pose, before)]
     ahead_m = back[0] * math.cos(before[2]) + back[1] * math.sin(before[2])
     assert ahead_m == pytest.approx(-BACK_OFF_M, abs=0.05)
-    assert rover.until_final(rover.request, 400.0) is State.COMPLETED
+    assert rover.until_final(rover.request, 400.0) is RequestState.COMPLETED
     assert word(rover).startswith("SMPDSMPD")
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from onboard.config import Motion, Rover
 from onboard.motion.kinematics import wheel_commands, wheel_places
 from onboard.motion.odometry import Odometry, body_twist
-from onboard.motion.wheel_health import Drive, WheelHealth
+from onboard.motion.wheel_health import DriveHealth, WheelHealth
 from onboard.records import Twist, WheelCommand, WheelMode, WheelState
 
 ROVER, MOTION = Rover(), Motion()
@@ -168,7 +168,7 @@ def test_any_two_wheels_have_the_rank_for_three_unknowns_and_one_has_not(used):
 
 UNFIT = {
     "its encoder lies": (WheelHealth(encoder=False), lambda w: w._replace(position_rad=7.7 * w.position_rad)),
-    "its drive is stuck": (WheelHealth(drive=Drive.STUCK), lambda w: w._replace(position_rad=0.0)),
+    "its drive is stuck": (WheelHealth(drive=DriveHealth.STUCK), lambda w: w._replace(position_rad=0.0)),
     "its steering is fixed": (WheelHealth(steer_fixed_rad=1.0), lambda w: w._replace(steer_rad=1.0)),
 }
 

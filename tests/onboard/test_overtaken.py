@@ -8,12 +8,12 @@ from core_bench import STATION, CoreBench, first_map
 
 from onboard.config import Link
 from onboard.core.downlink import Downlink
-from onboard.core.telemetry import View
+from onboard.core.telemetry import TelemetryInputs
 from onboard.drivers.link.saved_state import LinkMemory
 from onboard.records import LinkMessage
-from protocol.link.datagrams import Kind
+from protocol.link.datagrams import DatagramKind
 from protocol.link.keyring import bench_keys
-from protocol.link.transactions import State
+from protocol.link.transactions import RequestState
 from protocol.tables import commands
 from protocol.tables.commands import HALTING, Telecommand
 from protocol.tables.modes import Mode
@@ -35,7 +35,7 @@ def standing(known):
 
 def message(request_id, name, issued_ns=0, station=STATION):
     sent = Telecommand(request_id, issued_ns, 0, name, DRIVE if name == "drive" else {})
-    return LinkMessage(0, True, "ok", station, Kind.TELECOMMAND, commands.encode(sent))
+    return LinkMessage(0, True, "ok", station, DatagramKind.TELECOMMAND, commands.encode(sent))
 
 
 @pytest.mark.parametrize("halt", HALTING)
@@ -52,7 +52,7 @@ def test_whatever_comes_first_the_rover_stands_after_a_stop_that_was_asked_last(
         assert rover.mode is {"stop": Mode.STANDBY, "safe": Mode.SAFE, "emergency_stop": Mode.ESTOP}[halt]
         assert rover.rates == [0.0] * 4 and rover.pose == place
         if order.index(13) < order.index(11):
-            assert rover.states(11)[-1] is State.CANCELLED and place[:2] == [0.0, 0.0]
+            assert rover.states(11)[-1] is RequestState.CANCELLED and place[:2] == [0.0, 0.0]
             assert rover.text(11).startswith(f"asked before the {commands.command(halt).typed} of request 13")
 
 
@@ -88,6 +88,6 @@ def test_what_halted_before_a_restart_comes_to_the_core_as_a_kept_thing(tmp_path
     kept = json.dumps(LinkMemory(str(tmp_path), bench_keys(1)).halted).encode()
     assert kept == b'{"1": 9}'
     core = Downlink(Link(), kept)
-    core.sample(View(mode=Mode.STANDBY), 0)
+    core.sample(TelemetryInputs(mode=Mode.STANDBY), 0)
     found = [core.receive([message(n, "drive", station=1)], 0) for n in (8, 10)]
     assert [[order.name for order in orders] for orders in found] == [[], ["drive"]]

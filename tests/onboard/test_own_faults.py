@@ -16,8 +16,8 @@ from onboard.planning import cycle
 from onboard.records import Inputs, Machine, PowerState, Timing
 from protocol.conventions import TICK_NS
 from protocol.generated import eldorado_dialect as mavlink
-from protocol.link.datagrams import Kind
-from protocol.link.transactions import State
+from protocol.link.datagrams import DatagramKind
+from protocol.link.transactions import RequestState
 from protocol.tables.faults import BY_NAME
 from protocol.tables.modes import Mode, Phase
 
@@ -79,7 +79,7 @@ def test_the_fourth_brown_out_in_a_mission_leads_to_safe_and_so_does_one_that_do
         assert driving.mode is Mode.AUTONOMOUS
     driving.nodes.power.sag_v = 9.0
     driving.until(lambda: driving.mode is Mode.SAFE, 0.6)
-    assert driving.until_final(driving.request, 1.0) is State.FAILED
+    assert driving.until_final(driving.request, 1.0) is RequestState.FAILED
     watch = PowerWatch()
     lasting = [k for k in range(1, 40) if (watch.update(word(19.0), k * S // 5, Safety()), watch.used_up)[1]]
     assert lasting[0] == 2 + 5 * 5 + 1  # found at the second word, for over 5 s at the first after them
@@ -92,11 +92,11 @@ def test_an_empty_battery_leads_to_safe_within_half_a_second_and_only_a_mask_let
     assert standing(driving) and rows_told(driving) == ["POWER_LOW"]
     assert "% of the charge)" in driving.told("FAULT")[0][1]
     refused = driving.order("resume")
-    assert driving.until_final(refused, 1.0) is State.FAILED
+    assert driving.until_final(refused, 1.0) is RequestState.FAILED
     assert driving.text(refused) == "still active: POWER_LOW"
     driving.order("faults_mask", fault="POWER_LOW", lasting_s=60.0)
     driving.run(0.02)
-    assert driving.until_final(driving.order("resume"), 1.0) is State.COMPLETED
+    assert driving.until_final(driving.order("resume"), 1.0) is RequestState.COMPLETED
     assert driving.mode is Mode.STANDBY
 
 
@@ -129,7 +129,7 @@ def test_a_voltage_at_its_limit_does_not_flicker():
 
 def frames(outputs, kind):
     parser = mavlink.MAVLink(None)
-    data = b"".join(payload for k, payload in outputs.link_payloads if k == Kind.MAVLINK)
+    data = b"".join(payload for k, payload in outputs.link_payloads if k == DatagramKind.MAVLINK)
     return sum(message.get_type() == kind for message in parser.parse_buffer(data) or ())
 
 
@@ -162,10 +162,10 @@ def test_a_computer_that_leaves_out_ticks_says_so_within_a_second_and_sheds_what
 def test_no_product_goes_while_it_sheds(driving):
     driving.order("get", product="ldem")
     driving.run(0.1)
-    while not any(kind == Kind.BULK_CHUNK for kind, _ in driving.step().link_payloads):
+    while not any(kind == DatagramKind.BULK_CHUNK for kind, _ in driving.step().link_payloads):
         assert driving.tick < 10_000
     driving.leave_out(5)
-    chunks = [sum(kind == Kind.BULK_CHUNK for kind, _ in driving.step().link_payloads) for _ in range(300)]
+    chunks = [sum(kind == DatagramKind.BULK_CHUNK for kind, _ in driving.step().link_payloads) for _ in range(300)]
     assert sum(chunks[:99]) == 0 and sum(chunks[110:]) > 0
 
 
@@ -278,7 +278,7 @@ def test_a_goal_without_a_way_is_told_as_no_path_until_the_next_goto(known, monk
     rover.settle()
     planned(monkeypatch, decision={"kind": "unreachable", "reason": "nothing is left"})
     request = rover.goto(3.0, 0.5)
-    assert rover.until_final(request) is State.FAILED
+    assert rover.until_final(request) is RequestState.FAILED
     failed_s, why = rover.told("FAILED")[0]
     assert why == "nothing is left"
     rover.run(1.0)

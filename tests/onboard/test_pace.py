@@ -10,7 +10,7 @@ from onboard.core.rover import Rover
 from onboard.core.schedule import GROUPS, Group, Scheduler
 from onboard.core.tick import tick
 from onboard.core.tick_timing import BINS, Pace, lateness_bin, quantile_us
-from onboard.drivers.platform.stopwatch import Stopwatch, Unmeasured
+from onboard.drivers.platform.stopwatch import NullStopwatch, Stopwatch
 from onboard.records import Health, Inputs, Timing
 from protocol.conventions import TICK_NS
 
@@ -114,7 +114,7 @@ def test_the_stopwatch_gives_each_group_its_time_and_all_of_it_to_some_group():
 
 
 def test_in_lock_step_nothing_is_measured():
-    watch = Unmeasured(lambda: pytest.fail("no clock may be read"))
+    watch = NullStopwatch(lambda: pytest.fail("no clock may be read"))
     watch.begin()
     watch.mark(Group.SEND)
     watch.end()

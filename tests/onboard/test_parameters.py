@@ -15,13 +15,13 @@ from onboard.core.rover import Rover
 from onboard.core.tick import tick
 from onboard.drivers.storage import map_tiles as disk
 from onboard.drivers.storage.state_folder import StateFolder, read_kept
-from onboard.parameters import MOST_CHANGES, TABLE, Settings, listing, recalled
+from onboard.parameters import MOST_CHANGES, TABLE, ParameterSet, listing, recalled
 from onboard.record.replay import replay
 from onboard.record.writer import Recorder
 from onboard.records import Inputs, LinkMessage
-from onboard.records.status import Save, Saved
-from protocol.link.datagrams import Kind
-from protocol.link.transactions import State
+from onboard.records.status import Save, SaveResult
+from protocol.link.datagrams import DatagramKind
+from protocol.link.transactions import RequestState
 from protocol.tables import commands
 
 WHO = (1_000_000_000, 4, 2)
@@ -54,7 +54,7 @@ def test_geometry_ports_keys_and_clock_change_with_a_restart_only():
 @pytest.mark.parametrize("row", SETTABLE, ids=lambda row: row.name)
 def test_a_settable_number_takes_its_bounds_and_nothing_beyond(row):
     low, high, kind = numbers(row)
-    before = Settings(Config())
+    before = ParameterSet(Config())
     if low is None:
         return
     for bound in (low, high):
@@ -78,12 +78,12 @@ def test_a_settable_number_takes_its_bounds_and_nothing_beyond(row):
 )
 def test_a_refusal_says_what_is_allowed(name, text, words):
     with pytest.raises(ValueError) as caught:
-        Settings(Config()).set(name, text, WHO)
+        ParameterSet(Config()).set(name, text, WHO)
     assert words in str(caught.value)
 
 
 def test_a_change_knows_its_version_what_it_was_when_and_who_made_it():
-    made = Settings(Config()).set("motion.cruise_mps", "0.09", WHO).set("mission.strategy", "explore", (5, 4, 1))
+    made = ParameterSet(Config()).set("motion.cruise_mps", "0.09", WHO).set("mission.strategy", "explore", (5, 4, 1))
     assert made.version == 2 and made.config.mission.strategy == "explore"
     assert str(made.last("motion.cruise_mps")) == (
         "version 1: motion.cruise_mps 0.11 -> 0.09 at 1.0 s of boot 4 by station 2"
@@ -100,7 +100,7 @@ def test_a_change_knows_its_version_what_it_was_when_and_who_made_it():
 )
 @settings(max_examples=50, deadline=None, derandomize=True)
 def test_what_is_kept_comes_back_whole_with_its_history(changes):
-    made = Settings(Config())
+    made = ParameterSet(Config())
     for name, value in changes:
         made = made.set(name, repr(value), WHO)
     again, dropped = recalled(Config(), made.to_json())
@@ -108,7 +108,7 @@ def test_what_is_kept_comes_back_whole_with_its_history(changes):
 
 
 def test_the_history_is_bounded_and_the_values_outlive_it():
-    made = Settings(Config()).set("mission.strategy", "explore", WHO)
+    made = ParameterSet(Config()).set("mission.strategy", "explore", WHO)
     for n in range(MOST_CHANGES):
         made = made.set("motion.cruise_mps", repr(0.1 + n / 1000), WHO)
     assert len(made.changes) == MOST_CHANGES and made.last("mission.strategy") is None
@@ -130,11 +130,11 @@ def test_what_is_kept_and_no_longer_allowed_is_dropped_alone_and_said():
 @settings(max_examples=100, deadline=None, derandomize=True)
 def test_damaged_bytes_are_said_and_the_configuration_stands(data):
     made, dropped = recalled(Config(), data)
-    assert made == Settings(Config()) and bool(dropped) is bool(data)
+    assert made == ParameterSet(Config()) and bool(dropped) is bool(data)
 
 
 def test_the_listing_has_every_parameter_its_range_and_when_it_changes():
-    text = listing(Settings(Config()).set("motion.cruise_mps", "0.09", WHO))
+    text = listing(ParameterSet(Config()).set("motion.cruise_mps", "0.09", WHO))
     assert "* motion.cruise_mps = 0.09  # 0.005 to 2; speed on a path; with the next mission" in text
     assert sum(not line.startswith("#") for line in text.splitlines()) == len(TABLE)
 
@@ -152,7 +152,7 @@ def test_a_parameter_is_set_told_and_in_effect_at_once_where_it_says_so():
     rover = CoreBench(settings=KEEPING)
     rover.settle()
     _, state, text = said(rover, "param_set", parameter="safety.tilt_limit_rad", value="0.2")
-    assert state is State.COMPLETED and text.endswith("-> 0.2, at once; version 1, not saved")
+    assert state is RequestState.COMPLETED and text.endswith("-> 0.2, at once; version 1, not saved")
     assert rover.told("PARAMETER")
     _, _, text = said(rover, "param_get", parameter="safety.tilt_limit_rad")
     assert text.startswith("safety.tilt_limit_rad = 0.2, at once; ")
@@ -165,7 +165,7 @@ def test_a_refused_parameter_changes_nothing():
     rover = CoreBench(settings=KEEPING)
     rover.settle()
     for name, value in (("motion.cruise_mps", "9"), ("rover.belly_m", "0.2"), ("no.such", "1")):
-        assert said(rover, "param_set", parameter=name, value=value)[1] is State.FAILED
+        assert said(rover, "param_set", parameter=name, value=value)[1] is RequestState.FAILED
     assert rover.rover.config == KEEPING and not rover.told("PARAMETER")
 
 
@@ -179,10 +179,10 @@ def test_a_save_is_an_output_and_is_completed_by_its_result():
     (save,) = rover.outputs.saves
     assert recalled(KEEPING, save.data)[0].config.motion.cruise_mps == 0.09
     rover.run(0.1)
-    assert rover.states(request) == [State.STARTED]
-    rover.saved = (Saved("parameters"),)
+    assert rover.states(request) == [RequestState.STARTED]
+    rover.saved = (SaveResult("parameters"),)
     rover.run(0.1)
-    assert rover.states(request)[-1] is State.COMPLETED and rover.text(request) == "version 1 is kept"
+    assert rover.states(request)[-1] is RequestState.COMPLETED and rover.text(request) == "version 1 is kept"
 
 
 def test_a_save_that_fails_says_why_and_may_be_asked_again():
@@ -191,15 +191,15 @@ def test_a_save_that_fails_says_why_and_may_be_asked_again():
     for error in ("not kept: No space left on device", ""):
         request = rover.order("param_save")
         rover.run(0.05)
-        rover.saved = (Saved("parameters", error),)
+        rover.saved = (SaveResult("parameters", error),)
         rover.run(0.1)
-        assert rover.states(request)[-1] is (State.FAILED if error else State.COMPLETED)
+        assert rover.states(request)[-1] is (RequestState.FAILED if error else RequestState.COMPLETED)
 
 
 def test_without_a_folder_a_save_is_refused():
     rover = CoreBench(settings=QUICK)
     rover.settle()
-    assert said(rover, "param_save")[1:] == (State.FAILED, "no folder to keep them in: state.folder is empty")
+    assert said(rover, "param_save")[1:] == (RequestState.FAILED, "no folder to keep them in: state.folder is empty")
 
 
 # -- the disk --------------------------------------------------------------------------------------------------
@@ -207,8 +207,8 @@ def test_without_a_folder_a_save_is_refused():
 
 def test_what_was_saved_is_there_at_the_next_start(tmp_path):
     folder = StateFolder(str(tmp_path / "state"), wait=True)
-    folder.start([Save("parameters", Settings(Config()).set("motion.cruise_mps", "0.09", WHO).to_json())])
-    assert folder.collect() == (Saved("parameters"),) and folder.collect() == ()
+    folder.start([Save("parameters", ParameterSet(Config()).set("motion.cruise_mps", "0.09", WHO).to_json())])
+    assert folder.collect() == (SaveResult("parameters"),) and folder.collect() == ()
     folder.close()
     rover = Rover(Config(), None, None, read_kept(str(tmp_path / "state")))
     assert rover.config.motion.cruise_mps == 0.09
@@ -225,14 +225,14 @@ def test_a_write_that_breaks_leaves_the_old_file_whole_and_no_other(tmp_path, mo
 
     monkeypatch.setattr(*((disk.os, "fsync") if broken == "fsync" else (disk.Path, "replace")), fail)
     folder.start([Save("parameters", b"new")])
-    assert folder.collect() == (Saved("parameters", "not kept: No space left on device"),)
+    assert folder.collect() == (SaveResult("parameters", "not kept: No space left on device"),)
     folder.close()
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"parameters.json": b"old"}
 
 
 def test_a_run_that_began_with_kept_parameters_and_saved_more_replays_to_the_same_bytes(tmp_path):
     tree = config.load(None, {"record.path": str(tmp_path / "run.mcap"), "state.folder": str(tmp_path)})
-    kept = {"parameters": Settings(tree).set("motion.cruise_mps", "0.09", WHO).to_json()}
+    kept = {"parameters": ParameterSet(tree).set("motion.cruise_mps", "0.09", WHO).to_json()}
     rover, saved = Rover(tree, None, None, kept), ()
     orders = {5: ("param_set", {"parameter": "motion.cruise_mps", "value": "0.08"}), 8: ("param_save", {})}
     with Recorder(tree, None, kept=kept) as recorder:
@@ -240,10 +240,10 @@ def test_a_run_that_began_with_kept_parameters_and_saved_more_replays_to_the_sam
             now_ns, heard = number * 10_000_000, ()
             if number in orders:
                 payload = commands.encode(commands.Telecommand(number, 0, 0, *orders[number]))
-                heard = (LinkMessage(now_ns, True, "ok", 1, Kind.TELECOMMAND, payload),)
+                heard = (LinkMessage(now_ns, True, "ok", 1, DatagramKind.TELECOMMAND, payload),)
             inputs = Inputs(number, now_ns, link_messages=heard, saved=saved)
             outputs = tick(rover, inputs)
-            saved = tuple(Saved(save.name) for save in outputs.saves)
+            saved = tuple(SaveResult(save.name) for save in outputs.saves)
             recorder.write(inputs, outputs)
     assert rover.config.motion.cruise_mps == 0.08
     verdict = replay(tmp_path / "run.mcap")

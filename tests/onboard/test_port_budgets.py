@@ -22,7 +22,7 @@ from onboard.records import Chunk, Frame, Machine, PortState
 from protocol.barrier import Tick
 from protocol.can.guard import Sender
 from protocol.conventions import TICK_NS
-from protocol.link.datagrams import Kind, Sealer, bench_keys
+from protocol.link.datagrams import DatagramKind, Sealer, bench_keys
 
 FEEDBACK_1 = 0x181
 KEYS = bench_keys(7)
@@ -274,8 +274,8 @@ class Crowd:
 
 @pytest.fixture
 def crowded():
-    forged = Sealer(bytes(32), 1, 3).seal(Kind.TELECOMMAND, bytes(900))
-    genuine = Sealer(KEYS.command.key(1), 1, 3).seal(Kind.TELECOMMAND, b"stop")
+    forged = Sealer(bytes(32), 1, 3).seal(DatagramKind.TELECOMMAND, bytes(900))
+    genuine = Sealer(KEYS.command.key(1), 1, 3).seal(DatagramKind.TELECOMMAND, b"stop")
     with LinkPort("tcp/127.0.0.1:1", KEYS, 3) as port:
         port._end.close()
         port._end = Crowd(forged, 2000, genuine)

@@ -14,7 +14,7 @@ from onboard.drivers.storage.record_file import STALLED_FLUSHES, RecordFile
 from onboard.record.reader import DamagedRecordError, open_record
 from onboard.record.replay import replay
 from onboard.record.schema import LEAN, OUTPUTS
-from onboard.records import Keeps, RecordTrouble
+from onboard.records import RecordedParts, RecordTrouble
 from protocol.tables.faults import BY_NAME
 
 TICK_S = 0.01
@@ -74,8 +74,8 @@ def test_a_disk_that_refuses_from_the_start_on_stops_no_tick(tmp_path):
 def test_while_it_refuses_outputs_are_dropped_first_and_a_replay_compares_what_was_kept(tmp_path):
     disk = Disk(errno.EIO, (100, 700))
     path, statuses, _ = fly(tmp_path / "run.mcap", ticks=800, disk=disk, settings={"record.waiting_bytes": 300_000})
-    lean = [k for k, status in enumerate(statuses, 1) if status.keeps is Keeps.LEAN]
-    assert lean and all(status.keeps is not Keeps.NOTHING for status in statuses)
+    lean = [k for k, status in enumerate(statuses, 1) if status.keeps is RecordedParts.LEAN]
+    assert lean and all(status.keeps is not RecordedParts.NOTHING for status in statuses)
     verdict = replay(disk.store(path))
     assert verdict.identical and verdict.ticks == 800
     for number, messages in open_record(path).ticks():
@@ -86,7 +86,7 @@ def test_while_it_refuses_outputs_are_dropped_first_and_a_replay_compares_what_w
 def test_when_memory_is_used_up_nothing_is_kept_and_the_record_says_how_many_ticks_it_lacks(tmp_path):
     disk = Disk(errno.ENOSPC, (100, 1200))
     path, statuses, _ = fly(tmp_path / "run.mcap", ticks=1400, disk=disk, settings=SMALL)
-    lost = sum(status.keeps is Keeps.NOTHING for status in statuses)
+    lost = sum(status.keeps is RecordedParts.NOTHING for status in statuses)
     assert lost > 0 and statuses[-1].lost_ticks == lost
     assert statuses[-1].trouble is RecordTrouble.NONE
     info = info_of(disk.store(path))

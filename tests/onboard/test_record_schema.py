@@ -21,7 +21,7 @@ from onboard.records import (
     PortState,
     Timing,
 )
-from onboard.records.status import Saved
+from onboard.records.status import SaveResult
 
 TIMES = st.integers(0, 2**50)
 STATES = st.sampled_from(PortState)
@@ -55,9 +55,9 @@ INPUTS = st.builds(
     link_state=STATES,
     health=st.builds(Health, TIMES, TIMES, TIMES),
     machine=st.none() | st.builds(Machine, *[st.floats(allow_nan=False)] * len(Machine._fields)),
-    saved=st.lists(st.builds(Saved, st.sampled_from(["parameters", "fences"]), st.text(max_size=50)), max_size=3).map(
-        tuple
-    ),
+    saved=st.lists(
+        st.builds(SaveResult, st.sampled_from(["parameters", "fences"]), st.text(max_size=50)), max_size=3
+    ).map(tuple),
     timing=st.builds(Timing, TIMES, st.lists(TIMES, max_size=10).map(tuple), st.lists(TIMES, max_size=3).map(tuple)),
 )
 

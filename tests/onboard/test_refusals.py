@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from onboard.records import LinkMessage
 from protocol import WireError
-from protocol.link.datagrams import Kind
-from protocol.link.transactions import Code, State
+from protocol.link.datagrams import DatagramKind
+from protocol.link.transactions import Code, RequestState
 from protocol.tables import commands
 from protocol.tables.modes import Mode
 
@@ -37,7 +37,7 @@ class Pair:
     def hear(self, payload):
         """A telecommand's payload reaches the one; what it reports of the request, within two ticks."""
         request_id = commands.request_id_of(payload)
-        self.told.hear(LinkMessage(self.told.now_ns, True, "ok", STATION, Kind.TELECOMMAND, payload))
+        self.told.hear(LinkMessage(self.told.now_ns, True, "ok", STATION, DatagramKind.TELECOMMAND, payload))
         for _ in range(2):
             told, twin = self.told.step(), self.twin.step()
             assert state(self.told) == state(self.twin)
@@ -94,7 +94,7 @@ def test_a_command_that_the_mode_does_not_allow_is_refused_with_what_it_needs_an
     assert forbidden
     for number, row in enumerate(forbidden, 100):
         (report,) = pair.hear(telecommand(row, number))
-        assert (report.state, report.code) == (State.FAILED, Code.MODE)
+        assert (report.state, report.code) == (RequestState.FAILED, Code.MODE)
         assert report.text.startswith(f"{row.typed} is refused in {mode.name}: it needs {row.modes[0].name}")
 
 
@@ -132,7 +132,7 @@ def is_valid(payload):
 def test_damaged_cut_and_oversized_commands_are_answered_with_a_reason_and_change_nothing(standing, payload):
     assume(not is_valid(payload))
     reports = standing.hear(payload)
-    assert reports and all(report.state is State.FAILED and report.text for report in reports)
+    assert reports and all(report.state is RequestState.FAILED and report.text for report in reports)
     assert {report.code for report in reports} <= {Code.UNKNOWN_COMMAND, Code.RANGE, Code.REUSED_ID, Code.FORGOTTEN_ID}
 
 

@@ -18,7 +18,7 @@ from onboard.planning.cycle import plan
 from onboard.planning.mission_rule import MissionState
 from onboard.planning.plan_records import PlanResult
 from onboard.records import Decision, Path, Pose
-from protocol.link.transactions import State
+from protocol.link.transactions import RequestState
 from protocol.tables.modes import Mode, Phase
 
 LIMITS = config.LostBeams()
@@ -222,7 +222,7 @@ def told_rows(rover):
 def test_a_mission_whose_goal_lies_on_ground_that_returns_nothing_ends_with_the_true_reason():
     """A disc of 1.6 m round the goal. What is beside it is seen, so that no level ends the mission, but the rule."""
     rover, state, text = flown(lambda x, y, *_: np.hypot(x - 4.0, y - 0.5) < 1.6, (4.0, 0.5), stop_limit=1)
-    assert state is State.FAILED
+    assert state is RequestState.FAILED
     assert "no way is left" not in text and "saw too little" in text and " % " in text
     assert "LIDAR_DIRTY" in told_rows(rover) and "NO_PATH" not in told_rows(rover)
     assert rover.phase is Phase.FAILED
@@ -230,7 +230,7 @@ def test_a_mission_whose_goal_lies_on_ground_that_returns_nothing_ends_with_the_
 
 def test_a_window_dirty_on_a_third_of_the_view_ends_the_mission_at_its_first_stop_by_name_until_it_is_wiped():
     rover, state, text = flown(lambda x, y, own, _: (own > 0.1) & (own < 0.9), (6.0, 0.5))
-    assert state is State.FAILED and rover.mode is Mode.SAFE and "no way is left" not in text
+    assert state is RequestState.FAILED and rover.mode is Mode.SAFE and "no way is left" not in text
     assert "dirt on the window" in rover.told("FAILED")[0][1]
     assert "LIDAR_DIRTY" in told_rows(rover)
     assert max(map(abs, rover.pose[:2])) < 0.05
@@ -260,7 +260,7 @@ def test_a_rule_that_gives_up_on_a_side_not_seen_turns_to_it_and_sweeps_twice_be
     )
     rover.settle()
     request = rover.goto(4.0, 3.0)
-    assert rover.until_final(request, 120.0) is State.FAILED
+    assert rover.until_final(request, 120.0) is RequestState.FAILED
     rover.run(0.05)
     (_, look), (_, end) = rover.told("DECISION")
     assert look.startswith("R11 drive") and end.startswith("R9 unreachable: the scanner saw too little")

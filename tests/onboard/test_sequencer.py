@@ -4,8 +4,8 @@ import pytest
 from core_bench import CoreBench, first_map
 
 from protocol.link import bulk
-from protocol.link.datagrams import Kind, payload_limit
-from protocol.link.transactions import State
+from protocol.link.datagrams import DatagramKind, payload_limit
+from protocol.link.transactions import RequestState
 from protocol.tables.modes import Mode
 
 FORWARD = "drive 0.1 0 0 20 0.1"
@@ -37,14 +37,14 @@ def run(rover, *lines):
 
 
 def progress(rover, request):
-    told = {r.serial: r.text for _, r in rover.reports if r.request_id == request and r.state is State.PROGRESS}
+    told = {r.serial: r.text for _, r in rover.reports if r.request_id == request and r.state is RequestState.PROGRESS}
     return [told[serial] for serial in sorted(told)]
 
 
 def test_steps_are_done_in_their_order_in_the_mode_sequence_and_each_is_told(rover):
     request = run(rover, FORWARD, "turn 45", "time")
     assert rover.mode is Mode.SEQUENCE
-    assert rover.until_final(request) is State.COMPLETED and rover.mode is Mode.STANDBY
+    assert rover.until_final(request) is RequestState.COMPLETED and rover.mode is Mode.STANDBY
     assert [text[:24] for text in progress(rover, request)] == ["step 1 of 3 completed: 0", "step 2 of 3 completed: h"]
     assert rover.pose[0] > 0.09 and rover.pose[2] == pytest.approx(0.785, abs=0.06)
 
@@ -53,7 +53,7 @@ def test_a_mission_of_a_step_ends_the_step_and_not_the_mode(rover):
     request = run(rover, "scan", "after 1")
     rover.until(lambda: bool(progress(rover, request)), 60.0)
     assert rover.mode is Mode.SEQUENCE and rover.told("SCANNED")
-    assert rover.until_final(request) is State.COMPLETED and rover.mode is Mode.STANDBY
+    assert rover.until_final(request) is RequestState.COMPLETED and rover.mode is Mode.STANDBY
 
 
 def test_a_wait_counts_from_the_completion_of_the_step_before(rover):
@@ -69,15 +69,15 @@ def test_a_step_waits_for_its_condition(rover):
     rover.run(5.0)
     assert rover.rates == [0.0] * 4 and rover.mode is Mode.SEQUENCE
     rover.nodes.power.charge_ratio = 0.4
-    assert rover.until_final(request, 30.0) is State.COMPLETED
+    assert rover.until_final(request, 30.0) is RequestState.COMPLETED
 
 
 @pytest.mark.parametrize(
     ("policy", "state", "mode"),
     [
-        ("stop", State.FAILED, Mode.STANDBY),
-        ("continue", State.COMPLETED, Mode.STANDBY),
-        ("safe", State.FAILED, Mode.SAFE),
+        ("stop", RequestState.FAILED, Mode.STANDBY),
+        ("continue", RequestState.COMPLETED, Mode.STANDBY),
+        ("safe", RequestState.FAILED, Mode.SAFE),
     ],
 )
 def test_a_condition_that_does_not_come_fails_the_step_and_its_policy_says_what_then(rover, policy, state, mode):
@@ -90,7 +90,7 @@ def test_a_condition_that_does_not_come_fails_the_step_and_its_policy_says_what_
 def test_a_step_that_is_refused_as_things_are_has_failed(rover):
     rover.order("fence_add", fence="site", kind="goal", corners_m=(-1, -1, 1, -1, 1, 1))
     request = run(rover, "goto 5 5")
-    assert rover.until_final(request) is State.FAILED
+    assert rover.until_final(request) is RequestState.FAILED
     assert rover.text(request) == "step 1 of 1 failed: (5.0, 5.0) is outside the goal fence (site)"
 
 
@@ -109,7 +109,7 @@ def test_what_the_operator_ends_it_with_stops_the_wheels_and_no_step_follows(rov
     rover.order(order)
     rover.run(0.1)
     assert rover.mode is mode and rover.rates == [0.0] * 4
-    assert rover.states(request)[-1] is State.CANCELLED
+    assert rover.states(request)[-1] is RequestState.CANCELLED
     rover.run(2.0)
     assert rover.mode is mode and rover.rates == [0.0] * 4
 
@@ -117,7 +117,7 @@ def test_what_the_operator_ends_it_with_stops_the_wheels_and_no_step_follows(rov
 def test_a_fault_that_leads_to_safe_ends_the_sequence(rover):
     request = run(rover, "after 60")
     rover.nodes.power.silent = True
-    assert rover.until_final(request, 5.0) is State.CANCELLED and rover.mode is Mode.SAFE
+    assert rover.until_final(request, 5.0) is RequestState.CANCELLED and rover.mode is Mode.SAFE
 
 
 def test_a_sequence_with_a_missing_step_or_an_unknown_name_is_not_run(rover):
@@ -133,7 +133,7 @@ def test_a_malformed_step_is_refused_when_it_is_uploaded_and_changes_nothing(rov
     (good,) = upload(rover, "scan")
     bad = rover.order("sequence_upload", sequence="day", number=1, line="gogo")
     rover.run(0.05)
-    assert rover.states(good) == [State.COMPLETED] and rover.states(bad) == [State.FAILED]
+    assert rover.states(good) == [RequestState.COMPLETED] and rover.states(bad) == [RequestState.FAILED]
     assert rover.rover.executive.sequencer._kept["day"][1].name == "scan"
 
 
@@ -144,7 +144,7 @@ def test_a_dry_run_says_what_each_step_would_do_or_why_it_would_be_refused(rover
     ground, found = bulk.Receiver(payload_limit(256e3)), None
     while found is None:
         for kind, payload in rover.step().link_payloads:
-            if kind == Kind.BULK_CHUNK:
+            if kind == DatagramKind.BULK_CHUNK:
                 found = ground.receive(payload, rover.now_ns) or found
     assert found.data.decode().splitlines() == [
         "1: after 5 s; goto x_m 5.0 y_m 5.0; if it fails: continue; "

@@ -15,7 +15,7 @@ from test_wall_clock import alone, command
 
 from onboard import app
 from onboard.drivers.platform.service_manager import BEATS, EVERY_NS, Service
-from onboard.drivers.platform.stopwatch import Unmeasured
+from onboard.drivers.platform.stopwatch import NullStopwatch
 from onboard.drivers.platform.workers import JobError, Workers
 from onboard.journal import Level, say, to_journal
 from onboard.records import Inputs, JobRequest
@@ -205,7 +205,7 @@ class Shell:
     """Ports, clock, workers, disk and books of a rover on the core's bench; what was written, and told at the end."""
 
     def __init__(self, flight):
-        self.flight, self.written, self.told, self.watch = flight, [], [], Unmeasured()
+        self.flight, self.written, self.told, self.watch = flight, [], [], NullStopwatch()
         self.late_ns, self.took_ns, self.keeper, self.link = 0, (), self, self
         self.recorder, self.status = self, Inputs(0, 0).record
 

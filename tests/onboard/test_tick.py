@@ -14,8 +14,8 @@ from core_bench import STATION, CoreBench
 from onboard.core.tick import farewell
 from onboard.records import Frame, LinkMessage
 from protocol.generated.can_codec import WheelMode
-from protocol.link.datagrams import Kind
-from protocol.link.transactions import State
+from protocol.link.datagrams import DatagramKind
+from protocol.link.transactions import RequestState
 from protocol.tables.modes import Mode, Phase
 
 ROOT = Path(__file__).parents[2]
@@ -69,14 +69,14 @@ def test_noise_on_the_bus_and_the_link_is_counted_and_changes_no_decision():
         length, can_id = int(rng.integers(0, 9)), int(rng.integers(0x30, 0x7FF))
         rover.noise = (Frame(can_id, rng.bytes(length), rover.now_ns),)
         rover.hear(LinkMessage(rover.now_ns, False, "tag", 0, 0, b""))
-        kind = int(rng.choice([*Kind, 99]))
+        kind = int(rng.choice([*DatagramKind, 99]))
         rover.hear(LinkMessage(rover.now_ns, True, "ok", STATION + 1, kind, b"" if kind == 4 else rng.bytes(3)))
         rover.step()
     assert rover.rover.downlink.refused["tag"] == 300
     assert rover.told("LINK_REFUSED")[0][1].endswith("tag 1")
     assert rover.rover.nodes.bad_frames + rover.rover.nodes.unknown_frames == 300
     assert rover.mode is Mode.AUTONOMOUS
-    assert rover.states(request) == [State.STARTED]
+    assert rover.states(request) == [RequestState.STARTED]
     rover.until_driving()
 
 

@@ -10,7 +10,7 @@ from onboard import config
 from onboard.perception import ldem
 from onboard.planning import trust
 from onboard.planning.mission_rule import MissionState, Stop
-from onboard.planning.plan_records import PlanRequest, Settings
+from onboard.planning.plan_records import PlanningSettings, PlanRequest
 from onboard.records import Decision, Path, Pose
 
 GRID = ldem.grid_around(0.0, 0.0, 8.0, 0.1)
@@ -27,7 +27,7 @@ def seen(view_m):
 
 
 def request(view_m, guard=False, trust_m=1.5, trail=(), ground="pitted"):
-    settings = Settings(
+    settings = PlanningSettings(
         config.Rover(),
         config.Mapping_(trust_m=trust_m),
         config.Planning(),

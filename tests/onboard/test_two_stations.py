@@ -15,7 +15,7 @@ from two_stations import DOWN, LEASE_S, SECRETS, S, World, keys_of
 from ground.archive.store import Archive
 from ground.cli.operations import show
 from ground.link.rover_clock import FarClock
-from ground.link.saved_state import Kept
+from ground.link.saved_state import SavedLinkState
 from ground.link.schedule import Schedule, parse, utc_ns
 from ground.link.session import Session
 from ground.station.memory import Memory
@@ -28,7 +28,7 @@ from onboard.core.modes.lease import Lease
 from onboard.drivers.link.saved_state import LinkMemory
 from onboard.record.writer import Recorder
 from protocol.link.contacts import Windows, windows
-from protocol.link.datagrams import Kind, Opener
+from protocol.link.datagrams import DatagramKind, Opener
 from protocol.link.transactions import Code, Order
 from protocol.link.versions import OURS, Versions, dialect, dictionary, digest
 from protocol.tables import commands
@@ -176,7 +176,7 @@ def test_a_dictionary_dbc_or_dialect_of_another_version_is_refused_with_both_nam
 
 def opened(world):
     gate = Opener(keys_of(1, 2).command, boot_id=world.boot_id)
-    return [o for o in map(gate.open, world.on_board) if o.kind == Kind.TELECOMMAND]
+    return [o for o in map(gate.open, world.on_board) if o.kind == DatagramKind.TELECOMMAND]
 
 
 def test_what_is_asked_before_the_versions_are_known_waits_for_them_and_is_then_refused(monkeypatch):
@@ -341,7 +341,7 @@ def test_every_station_follows_a_rotation_and_what_was_sealed_before_it_is_refus
     world.boot(2)
     world.until(lambda: one.boot_id == 2)
     assert world.does(2, "stop")[0] == "COMPLETED" and world.sealer.epoch == 2
-    late = Session(keys_of(1), 1, kept=Kept(boot_id=2, epoch=2))
+    late = Session(keys_of(1), 1, kept=SavedLinkState(boot_id=2, epoch=2))
     assert late.receive(world.wire[0], 0)[0] == "epoch"
 
 

@@ -13,8 +13,8 @@ from core_bench import QUICK, CoreBench
 
 from ground.archive.store import Archive
 from ground.cli.verbs.keys import write_keys
-from ground.station.clock import Turn
-from ground.station.settings import Settings
+from ground.station.clock import ClockTurn
+from ground.station.settings import StationSettings
 from ground.station.station import Station
 from hil.run.processes import free_ports
 from onboard import config
@@ -71,7 +71,7 @@ class World:
         self.stations = {}
         for n in (1, 2):
             folder = tmp_path / "keys" / f"station-{n}"
-            settings = Settings(
+            settings = StationSettings(
                 endpoint=ground_end,
                 station=n,
                 command_keys=str(folder / "command.key"),
@@ -99,7 +99,7 @@ class World:
         self.port.start(outputs.saves)
         self.port.write(outputs.link_payloads)
         for station in self.stations.values():
-            station.turn(Turn(self.bench.now_ns, None))
+            station.turn(ClockTurn(self.bench.now_ns, None))
             station.flush(self.bench.now_ns)
 
     def until(self, condition):

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onboard.planning import visibility
-from onboard.planning.visibility import Asked, Sector
+from onboard.planning.visibility import Sector, VisibilityRequest
 from tests import oracles_visibility as oracles
 
 LAW = settings(max_examples=25, deadline=None, derandomize=True)
@@ -94,7 +94,7 @@ def test_a_prediction_stands_in_for_unknown_heights():
 def test_newly_seen_cells_and_their_best_heading_equal_those_of_every_heading_tried(half_deg):
     ground = visibility.scene(rough(3, (23, 31), 0.4))
     half_rad = math.radians(half_deg)
-    found = visibility.total(ground, BEAMS, 0.7, Asked(new_half_rad=half_rad))
+    found = visibility.total(ground, BEAMS, 0.7, VisibilityRequest(new_half_rad=half_rad))
     look = oracles.Look(ground, BEAMS, 0.7)
     for node in [(0, 0), (11, 16), (22, 30), (5, 29)]:
         fresh = look.sums(node)[2]
@@ -106,7 +106,7 @@ def test_newly_seen_cells_and_their_best_heading_equal_those_of_every_heading_tr
 def test_equal_headings_take_the_smallest_azimuth():
     z = np.zeros((21, 21), np.float32)
     z[2, 10] = z[18, 10] = z[10, 2] = z[10, 18] = np.nan
-    found = visibility.total(visibility.scene(z), BEAMS, 0.7, Asked(new_half_rad=0.0))
+    found = visibility.total(visibility.scene(z), BEAMS, 0.7, VisibilityRequest(new_half_rad=0.0))
     assert found.heading_rad[10, 10] == 0.0
     assert found.new_cells[10, 10] > 0.0
 
@@ -114,7 +114,7 @@ def test_equal_headings_take_the_smallest_azimuth():
 def test_gain_counts_the_cells_beyond_the_map_in_its_denominator():
     z = np.full((9, 9), np.nan, np.float32)
     z[4, 4] = 0.0
-    found = visibility.total(visibility.scene(z), BEAMS, 0.7, Asked(new_half_rad=math.pi))
+    found = visibility.total(visibility.scene(z), BEAMS, 0.7, VisibilityRequest(new_half_rad=math.pi))
     assert found.index[4, 4] == 1.0
     assert found.new_cells[4, 4] == found.range_cells[4, 4]
     assert found.gain[4, 4] == pytest.approx(found.range_cells[4, 4] / BEAMS.cells)
@@ -125,7 +125,7 @@ def test_targets_take_the_place_of_unknown_cells():
     ground = visibility.scene(rough(4, (20, 20)))
     targets = np.zeros((20, 20), bool)
     targets[10, 12] = True
-    found = visibility.total(ground, BEAMS, 0.7, Asked(new_half_rad=math.pi, targets=targets))
+    found = visibility.total(ground, BEAMS, 0.7, VisibilityRequest(new_half_rad=math.pi, targets=targets))
     for node in [(10, 10), (3, 12), (19, 19)]:
         view = visibility.from_node(ground, BEAMS, 0.7, node)
         assert (found.new_cells[node] > 0.0) == view.seen[10, 12]
@@ -142,7 +142,7 @@ def test_a_sector_sees_only_what_lies_within_it(heading_deg):
     assert np.abs((off + 180) % 360 - 180)[far].max() <= 30 + math.degrees(math.atan(0.71 / 10))
     assert view.index == 1.0
     assert view.range_cells == pytest.approx(table.cells / 6, rel=0.05)
-    assert visibility.total(ground, table, 0.7, Asked(sector=sector)).seen_cells[20, 20] == view.seen_cells
+    assert visibility.total(ground, table, 0.7, VisibilityRequest(sector=sector)).seen_cells[20, 20] == view.seen_cells
 
 
 @LAW
@@ -151,7 +151,7 @@ def test_sectors_that_share_the_circle_share_its_cells(seed, optimistic):
     ground = visibility.scene(rough(seed, (15, 26)), optimistic=optimistic)
     whole = visibility.total(ground, BEAMS, 0.7)
     parts = [  # 20 headings with one beam each side: 3 of 60 beams
-        visibility.total(ground, BEAMS, 0.7, Asked(sector=Sector(math.radians(18 * n), math.radians(7))))
+        visibility.total(ground, BEAMS, 0.7, VisibilityRequest(sector=Sector(math.radians(18 * n), math.radians(7))))
         for n in range(20)
     ]
     np.testing.assert_array_equal(sum(part.seen_cells for part in parts), whole.seen_cells)
@@ -194,7 +194,7 @@ def test_lowering_a_cell_hides_no_other(seed, by_m):
 
 def test_nodes_not_asked_are_nan_and_the_others_unchanged():
     ground, where = visibility.scene(rough(5, (40, 33))), np.random.default_rng(0).random((40, 33)) < 0.1
-    every, some = (visibility.total(ground, BEAMS, 0.7, Asked(w, new_half_rad=1.0)) for w in (None, where))
+    every, some = (visibility.total(ground, BEAMS, 0.7, VisibilityRequest(w, new_half_rad=1.0)) for w in (None, where))
     for name in ("index", "seen_cells", "range_cells", "new_cells", "heading_rad", "gain"):
         got, all_ = getattr(some, name), getattr(every, name)
         assert np.isnan(got[~where]).all(), name
@@ -222,13 +222,16 @@ def test_a_range_below_a_cell_is_refused_by_name(range_m):
 @pytest.mark.parametrize(
     ("asked", "words"),
     [
-        (Asked(where=np.zeros((3, 3), bool)), r"where: expected bool \(4, 5\), given bool \(3, 3\)"),
-        (Asked(where=np.zeros((4, 5))), "where: expected bool"),
-        (Asked(new_half_rad=1.0, targets=np.zeros((5, 4), bool)), r"target: expected bool \(4, 5\)"),
-        (Asked(new_half_rad=math.nan), "half width of a sector: expected >= 0 rad"),
-        (Asked(sector=Sector(np.zeros((2, 2)), 1.0)), r"heading_rad: expected one or \(4, 5\), given \(2, 2\)"),
-        (Asked(sector=Sector(math.nan, 1.0)), "heading_rad: expected finite angles"),
-        (Asked(sector=Sector(0.0, -1.0)), "half width of a sector"),
+        (VisibilityRequest(where=np.zeros((3, 3), bool)), r"where: expected bool \(4, 5\), given bool \(3, 3\)"),
+        (VisibilityRequest(where=np.zeros((4, 5))), "where: expected bool"),
+        (VisibilityRequest(new_half_rad=1.0, targets=np.zeros((5, 4), bool)), r"target: expected bool \(4, 5\)"),
+        (VisibilityRequest(new_half_rad=math.nan), "half width of a sector: expected >= 0 rad"),
+        (
+            VisibilityRequest(sector=Sector(np.zeros((2, 2)), 1.0)),
+            r"heading_rad: expected one or \(4, 5\), given \(2, 2\)",
+        ),
+        (VisibilityRequest(sector=Sector(math.nan, 1.0)), "heading_rad: expected finite angles"),
+        (VisibilityRequest(sector=Sector(0.0, -1.0)), "half width of a sector"),
     ],
 )
 def test_a_question_that_does_not_fit_the_map_is_refused_by_name(asked, words):

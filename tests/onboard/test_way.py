@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onboard.core.mission.driven_trail import TRAIL_M, TRAIL_POSES, Way
+from onboard.core.mission.driven_trail import TRAIL_M, TRAIL_POSES, DrivenTrail
 from onboard.records import Pose
 
 
 def driven(poses, since_look_m=0.0):
-    way = Way(since_look_m)
+    way = DrivenTrail(since_look_m)
     for x, y, yaw in poses:
         way.note(Pose(x, y, yaw_rad=yaw))
     return way

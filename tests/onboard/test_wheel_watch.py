@@ -8,12 +8,12 @@ import pytest
 
 from onboard.config import Motion, Rover
 from onboard.core.faults.wheels.offset import OffsetWatch
-from onboard.core.faults.wheels.seen import TICK_S, Seen, approach
+from onboard.core.faults.wheels.seen import TICK_S, WheelInputs, approach
 from onboard.core.faults.wheels.slip import SlipWatch
 from onboard.core.faults.wheels.watch import WheelWatch
 from onboard.motion.kinematics import wheel_commands, wheel_places
-from onboard.motion.odometry import Odometry, Step
-from onboard.motion.wheel_health import SOUND, Drive
+from onboard.motion.odometry import Odometry, OdometryStep
+from onboard.motion.wheel_health import SOUND, DriveHealth
 from onboard.records import ImuSample, Twist, WheelCommand, WheelMode, WheelState
 from protocol.generated.can_codec import NodeState
 from protocol.tables.faults import BY_NAME
@@ -93,7 +93,7 @@ class Drive4:
         imu = ImuSample(self.tick * 10_000_000, (shake, 0.0, 0.0), (thrust, 0.0, GRAVITY_MPS2))
         currents_a = [wheel.current_a if self.tick % 5 == 0 else None for wheel in self.wheels]
         turn_radps, slip_ratio = self.extra_turn_radps, self.slip_ratio
-        self.watch.update(Seen(imu.stamp_ns, [order] * 4, states, currents_a, imu, step, turn_radps, slip_ratio))
+        self.watch.update(WheelInputs(imu.stamp_ns, [order] * 4, states, currents_a, imu, step, turn_radps, slip_ratio))
 
 
 def driving():
@@ -128,9 +128,9 @@ def test_a_node_that_falls_silent_is_no_fault_of_its_encoder(ticks):
 @pytest.mark.parametrize(
     ("name", "fault", "drive"),
     [
-        ("WHEEL_STUCK", {"turns": 0.0, "current_a": 10.0}, Drive.STUCK),
-        ("WHEEL_FREE", {"turns": 0.98, "current_a": 0.0}, Drive.FREE),
-        ("WHEEL_WEAK", {"turns": 0.9, "current_a": 0.05}, Drive.FREE),
+        ("WHEEL_STUCK", {"turns": 0.0, "current_a": 10.0}, DriveHealth.STUCK),
+        ("WHEEL_FREE", {"turns": 0.98, "current_a": 0.0}, DriveHealth.FREE),
+        ("WHEEL_WEAK", {"turns": 0.9, "current_a": 0.05}, DriveHealth.FREE),
     ],
 )
 def test_a_failed_drive_is_named_of_its_wheel_within_a_second_and_goes_into_the_health(n, name, fault, drive):
@@ -141,7 +141,7 @@ def test_a_failed_drive_is_named_of_its_wheel_within_a_second_and_goes_into_the_
     assert set(rover.first) == {name}
     assert rover.after(6.0)[name] <= BY_NAME[name].detect_s
     assert rover.watch.faults[name] == (n,)
-    assert [h.drive for h in rover.watch.health] == [drive if k == n - 1 else Drive.GOOD for k in range(4)]
+    assert [h.drive for h in rover.watch.health] == [drive if k == n - 1 else DriveHealth.GOOD for k in range(4)]
 
 
 def test_a_wheel_that_stands_without_current_while_the_others_drag_it_is_stuck():
@@ -300,8 +300,8 @@ def test_a_turn_on_the_spot_says_nothing_of_an_offset_however_much_of_it_the_gro
     watch, step_rad = OffsetWatch(PLACES[3], Q_M2), 0.25 * TICK_S
     reading = [WheelState(1.1, 0.0, 0.0, NodeState.RUNNING, 0)] * 4
     for _ in range(6000):
-        step = Step(0.0, 0.0, step_rad, Twist(0.0, 0.0, 0.25), 0.0, 4, False, step_rad * LEVER_M)
-        watch.update(OFF_RAD, step_rad * LEVER_M, Seen(0, (), reading, (), None, step, 0.9 * 0.25, 0.0), 3)
+        step = OdometryStep(0.0, 0.0, step_rad, Twist(0.0, 0.0, 0.25), 0.0, 4, False, step_rad * LEVER_M)
+        watch.update(OFF_RAD, step_rad * LEVER_M, WheelInputs(0, (), reading, (), None, step, 0.9 * 0.25, 0.0), 3)
     assert 6000 * step_rad * LEVER_M > 5.0
     assert watch.open and watch._way_m == 0.0
 
@@ -339,10 +339,10 @@ def slip_after_a_turn_on_the_spot(loss_ratio, seconds=12.0, yaw_radps=0.25):
     """The slip monitor after a turn that the gyro sees short of the odometry's by so much."""
     watch, step_rad = SlipWatch(), yaw_radps * TICK_S
     for tick in range(round(seconds / TICK_S)):
-        step = Step(0.0, 0.0, step_rad, Twist(0.0, 0.0, yaw_radps), 0.0, 4, False, step_rad * LEVER_M)
+        step = OdometryStep(0.0, 0.0, step_rad, Twist(0.0, 0.0, yaw_radps), 0.0, 4, False, step_rad * LEVER_M)
         turn_radps = (1.0 - loss_ratio) * yaw_radps
         imu = ImuSample(tick * 10_000_000, (0.0, 0.0, turn_radps), (0.0, 0.0, GRAVITY_MPS2))
-        watch.update(Seen(imu.stamp_ns, (), (), (), imu, step, turn_radps, 0.0), strays=True)
+        watch.update(WheelInputs(imu.stamp_ns, (), (), (), imu, step, turn_radps, 0.0), strays=True)
     return watch
 
 
@@ -388,9 +388,9 @@ def test_a_rover_that_turns_on_the_spot_moves_whatever_an_encoder_made_of_it_for
 
     def goes(seconds, twist, turn_radps):
         for _ in range(round(seconds / TICK_S)):
-            step = Step(0.0, 0.0, twist.yaw_radps * TICK_S, twist, 0.0, 4, twist == Twist(), 0.0)
+            step = OdometryStep(0.0, 0.0, twist.yaw_radps * TICK_S, twist, 0.0, 4, twist == Twist(), 0.0)
             imu = ImuSample(0, (0.0, 0.0, turn_radps), (0.0, 0.0, GRAVITY_MPS2))
-            watch.update(Seen(0, (), (), (), imu, step, turn_radps, 0.0), strays=True)
+            watch.update(WheelInputs(0, (), (), (), imu, step, turn_radps, 0.0), strays=True)
 
     turn_radps = (1.0 - kept) * 0.25
     goes(2.0, Twist(), 0.0)

@@ -27,7 +27,7 @@ from ground.page.live import Live  # noqa: E402
 from ground.page.maps import Maps  # noqa: E402
 from ground.page.server import application, listen, run  # noqa: E402
 from ground.page.site import Site  # noqa: E402
-from ground.station.settings import Settings  # noqa: E402
+from ground.station.settings import StationSettings  # noqa: E402
 from ground.station.station import Station, StationError  # noqa: E402
 from onboard.config import load  # noqa: E402
 from onboard.planning.prediction import digest  # noqa: E402
@@ -166,7 +166,7 @@ def main() -> None:
     boot_id = int(boots.read_text()) + 1 if boots.exists() else 1
     boots.write_text(str(boot_id))
     air = Air(float(sys.argv[3]) if len(sys.argv) > 3 else 0.1, boot_id)
-    settings = Settings(bench_seed=7, state=str(folder), archive=str(folder / "archive.db"))
+    settings = StationSettings(bench_seed=7, state=str(folder), archive=str(folder / "archive.db"))
 
     class ToyStation(Station):
         def _opened(self, endpoint):

@@ -30,7 +30,7 @@ def test_climbs_run_over_the_nodes_from_a_start_to_a_cross_and_the_best_node_has
 def test_axles_of_wheels_steered_right_pass_through_the_centre_of_the_turn():
     places = np.array([(0.375, 0.25), (-0.375, 0.25), (-0.375, -0.25), (0.375, -0.25)])
     angles = np.arctan2(0.1 * places[:, 0], 0.11 - 0.1 * places[:, 1])
-    turn = printed.Steered("left", places, angles, 0.11, 0.1)
+    turn = printed.WheelSteering("left", places, angles, 0.11, 0.1)
     made = printed.steering([turn, turn], np.array([0.0, 1.0]), [("a", np.zeros(2)), ("b", np.ones(2))])
     for line in made.axes[0].lines[:4]:
         a, b = line.get_xydata()

@@ -11,7 +11,7 @@ import pytest
 from ground.gateway.frames import mavlink as m
 from protocol.generated import eldorado_dialect as dialect
 from protocol.link import bulk, bulk_wire, events, transactions
-from protocol.link.datagrams import DOWNLINK_KEY_ID, Kind, Sealer
+from protocol.link.datagrams import DOWNLINK_KEY_ID, DatagramKind, Sealer
 from protocol.tables import commands
 from tools import make_dissector
 
@@ -73,11 +73,11 @@ def one(fields: dict[str, list], name: str) -> str:
     return hits[0][0]
 
 
-def up(kind: Kind, payload: bytes, counter: int = 77) -> bytes:
+def up(kind: DatagramKind, payload: bytes, counter: int = 77) -> bytes:
     return Sealer(b"k" * 32, 2, 5, counter).seal(kind, payload)
 
 
-def down(kind: Kind, payload: bytes) -> bytes:
+def down(kind: DatagramKind, payload: bytes) -> bytes:
     return Sealer(b"k" * 32, DOWNLINK_KEY_ID, 5, 1 << 33).seal(kind, payload)
 
 
@@ -100,7 +100,7 @@ def test_the_header_and_every_command_are_read_as_they_were_sent(tmp_path):
         sent.append((row, arguments))
         packets.append(
             up(
-                Kind.TELECOMMAND,
+                DatagramKind.TELECOMMAND,
                 commands.encode(commands.Telecommand(900 + n, 11, 13, row.name, arguments, 17)),
                 1000 + n,
             )
@@ -135,7 +135,7 @@ def _is(told: str, value, unit: str) -> None:
 
 @needs_tshark
 def test_reports_chunks_bitmaps_and_acknowledgements_are_read(tmp_path):
-    report = transactions.Report(41, 2, 3, transactions.State.FAILED, 2, "kein Weg – no way", (1.5, -2.0))
+    report = transactions.Report(41, 2, 3, transactions.RequestState.FAILED, 2, "kein Weg – no way", (1.5, -2.0))
     sender, receiver = bulk.Sender(600), bulk.Receiver(600)
     sender.offer("ldem", bytes(range(256)) * 8, "ldem1", 0)
     chunks = sender.send(0, 1e6)
@@ -146,10 +146,10 @@ def test_reports_chunks_bitmaps_and_acknowledgements_are_read(tmp_path):
     for serial in (1, 2, 5):
         heard.receive(serial)
     packets = [
-        down(Kind.REPORT, transactions.encode_report(report)),
-        *(down(Kind.BULK_CHUNK, chunk) for chunk in chunks[:2]),
-        up(Kind.BULK_BITMAP, bitmap),
-        up(Kind.REPORT, heard.send(0)[0]),
+        down(DatagramKind.REPORT, transactions.encode_report(report)),
+        *(down(DatagramKind.BULK_CHUNK, chunk) for chunk in chunks[:2]),
+        up(DatagramKind.BULK_BITMAP, bitmap),
+        up(DatagramKind.REPORT, heard.send(0)[0]),
     ]
     told = read(tmp_path, packets)
     assert [one(told[0], f"report.{name}") for name in ("request_id", "station", "state", "code", "text")] == [
@@ -182,7 +182,7 @@ def test_a_bundle_of_the_rover_s_messages_is_read_message_by_message(tmp_path):
             writer.event_encode(5_000_000, 9, 4, b"HAZARD", b"a hole ahead"),
         )
     )
-    fields = read(tmp_path, [down(Kind.MAVLINK, bundle)])[0]
+    fields = read(tmp_path, [down(DatagramKind.MAVLINK, bundle)])[0]
     assert float(one(fields, "ROVER_STATE_goal_north")) == 2.0
     assert float(one(fields, "LOCAL_POSITION_NED_y")) == 12.0
     assert one(fields, "EVENT_serial") == "9"
@@ -202,7 +202,9 @@ def test_the_gateway_s_port_is_read_as_mavlink(tmp_path):
 
 @needs_tshark
 def test_what_is_cut_off_is_named_and_nothing_fails(tmp_path):
-    whole = up(Kind.TELECOMMAND, commands.encode(commands.Telecommand(1, 0, 0, "goto", {"x_m": 1.0, "y_m": 2.0})))
+    whole = up(
+        DatagramKind.TELECOMMAND, commands.encode(commands.Telecommand(1, 0, 0, "goto", {"x_m": 1.0, "y_m": 2.0}))
+    )
     bodies = [whole[:n] for n in range(1, len(whole))]
     told = read(tmp_path, bodies)
     assert all(any(key.endswith("eldorado_bad") for key in fields) for fields in told)

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocol.link import bulk
-from protocol.link.transactions import Code, Executor, Report, Requester, State, encode_report
+from protocol.link.transactions import Code, Executor, Report, Requester, RequestState, encode_report
 from protocol.tables import commands
 from protocol.tables.commands import HALTING
 from protocol.tables.modes import Mode
@@ -26,8 +26,8 @@ def deliveries(payloads):
 def test_no_permutation_of_lost_repeated_late_acks_of_two_commands_confirms_the_wrong_one():
     """Two gotos at once, one arrives and one fails; each of their four reports is heard never, once or twice."""
     said = {
-        1: (Report(1, 1, 1, State.ACCEPTED), Report(1, 1, 2, State.COMPLETED, 0, "first")),
-        2: (Report(2, 1, 1, State.ACCEPTED), Report(2, 1, 2, State.FAILED, 0, "second")),
+        1: (Report(1, 1, 1, RequestState.ACCEPTED), Report(1, 1, 2, RequestState.COMPLETED, 0, "first")),
+        2: (Report(2, 1, 1, RequestState.ACCEPTED), Report(2, 1, 2, RequestState.FAILED, 0, "second")),
     }
     reports = [*said[1], *said[2]]
     payloads, tried = [encode_report(report) for report in reports], 0
@@ -39,7 +39,7 @@ def test_no_permutation_of_lost_repeated_late_acks_of_two_commands_confirms_the_
             ground.receive(payloads[n], 0)
         for request_id, (accepted, final) in said.items():
             mine = [reports[n] for n in order if reports[n].request_id == request_id]
-            expected = final.state if final in mine else accepted.state if mine else State.REQUESTED
+            expected = final.state if final in mine else accepted.state if mine else RequestState.REQUESTED
             request = ground.requests[request_id]
             assert request.state == expected
             assert [report for _, report in request.history if report not in (accepted, final)] == []
@@ -74,11 +74,11 @@ class Rough:
 def told_truly(request, done, rover_off):
     """Whether a request's outcome is what became of it. done: boot, request id and name of each order."""
     request_id, ids = request.telecommand.request_id, {row[1] for row in done}
-    if request.state == State.COMPLETED:
+    if request.state == RequestState.COMPLETED:
         return request_id in ids and request.report.text == str(request_id)
-    if request.state == State.FAILED:
+    if request.state == RequestState.FAILED:
         return request.report.code == Code.RESTARTED and rover_off
-    if request.state == State.CANCELLED:  # a stop that was asked for later was there before it
+    if request.state == RequestState.CANCELLED:  # a stop that was asked for later was there before it
         stops = [row[1] for row in done if row[2] == "stop"]
         return request.report.code == Code.OVERTAKEN and max(stops) > request_id not in ids
     return True
@@ -108,7 +108,7 @@ def test_every_request_is_executed_at_most_once_and_its_outcome_is_true(up_fates
             order = rover.receive(1, payload, now_ns, Mode.STANDBY)
             if order is not None:
                 done.append((boot, order.request_id & 0xFFFFFFFF, order.name))
-                rover.report(order.request_id, State.COMPLETED, now_ns, str(order.request_id & 0xFFFFFFFF))
+                rover.report(order.request_id, RequestState.COMPLETED, now_ns, str(order.request_id & 0xFFFFFFFF))
         down.put(step, rover.send(now_ns))
         for payload in down.take(step):
             ground.receive(payload, now_ns)
@@ -120,8 +120,11 @@ def test_every_request_is_executed_at_most_once_and_its_outcome_is_true(up_fates
         assert told_truly(request, done, rover_off)
     assert not ground.open
     if not rover_off and not ground_off:
-        completed = [request.state for request in requests].count(State.COMPLETED)
-        assert completed == len(done) >= 3 and {r.state for r in requests} <= {State.COMPLETED, State.CANCELLED}
+        completed = [request.state for request in requests].count(RequestState.COMPLETED)
+        assert completed == len(done) >= 3 and {r.state for r in requests} <= {
+            RequestState.COMPLETED,
+            RequestState.CANCELLED,
+        }
 
 
 def test_a_request_that_was_under_way_when_the_rover_restarted_ends_with_that_and_a_stop_is_asked_of_the_new_one():
@@ -132,16 +135,16 @@ def test_a_request_that_was_under_way_when_the_rover_restarted_ends_with_that_an
     )
     ground.requests[later].next_ns = 9 * S
     assert len(ground.send(0)) == 2
-    ground.receive(encode_report(Report(goto, 1, 1, State.STARTED)), S)
+    ground.receive(encode_report(Report(goto, 1, 1, RequestState.STARTED)), S)
     ground.rover_booted(7, 2 * S)
     assert ground.requests[goto].report[3:6] == (
-        State.FAILED,
+        RequestState.FAILED,
         Code.RESTARTED,
         "the rover restarted (boot 7) before its outcome was heard; until then: started",
     )
     asked = [commands.decode(payload).name for payload in ground.send(20 * S)]
     assert asked == ["stop", "scan"]
-    assert ground.requests[stop].state is State.REQUESTED
+    assert ground.requests[stop].state is RequestState.REQUESTED
 
 
 @settings(max_examples=60, deadline=None, derandomize=True)

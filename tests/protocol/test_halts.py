@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_security import KEYS, Ground, Rover, S
 
-from protocol.link.datagrams import Kind, Sealer
-from protocol.link.transactions import Code, Executor, State, decode_report
+from protocol.link.datagrams import DatagramKind, Sealer
+from protocol.link.transactions import Code, Executor, RequestState, decode_report
 from protocol.tables import commands
 from protocol.tables.commands import HALTING, TABLE, Telecommand
 from protocol.tables.modes import Mode
@@ -43,7 +43,7 @@ def test_what_was_asked_before_a_halt_is_cancelled_with_the_reason_and_asked_ane
     assert rover.receive(1, asked(8, halt), S, Mode.AUTONOMOUS).name == halt
     assert rover.receive(1, asked(7, name), S, mode_for(name)) is None
     report = said(rover, S)[7]
-    assert (report.state, report.code) == (State.CANCELLED, Code.OVERTAKEN)
+    assert (report.state, report.code) == (RequestState.CANCELLED, Code.OVERTAKEN)
     typed = commands.command(halt).typed
     assert report.text == f"asked before the {typed} of request 8; ask again if it is still wanted"
     assert rover.receive(1, asked(9, name), S, mode_for(name)).name == name
@@ -110,7 +110,7 @@ def test_a_restart_of_the_rover_forgets_no_stop(tmp_path):
     assert rover.does(ground.stop()) == ["stop"]
     rover.restart()
     ground.sealer.boot_id = rover.boot_id
-    assert rover.does(ground.sealer.seal(Kind.TELECOMMAND, older)) == []
+    assert rover.does(ground.sealer.seal(DatagramKind.TELECOMMAND, older)) == []
     assert said_by(rover) == ["asked before a stop before the restart, request 3; ask again if it is still wanted"]
     assert rover.does(ground.goto()) == ["goto"]
 
@@ -123,7 +123,9 @@ def test_the_request_of_a_stop_is_kept_with_its_key_so_a_new_key_begins_anew(tmp
 
 
 def said_by(rover):
-    return list({decode_report(payload).text for kind, payload in rover.core.send(2 * S) if kind == Kind.REPORT})
+    return list(
+        {decode_report(payload).text for kind, payload in rover.core.send(2 * S) if kind == DatagramKind.REPORT}
+    )
 
 
 HISTORY = st.lists(st.sampled_from([*HALTING, "goto", "resume", "goto", "status"]), min_size=2, max_size=6)
@@ -138,7 +140,7 @@ def test_in_every_order_nothing_older_than_a_halt_is_done_after_it_and_what_is_n
     for request_id, name in enumerate(names, 1):
         payload = asked(request_id, name)
         for _ in range(1 + more):
-            way.append(sealer.seal_halt(payload) if name in HALTING else sealer.seal(Kind.TELECOMMAND, payload))
+            way.append(sealer.seal_halt(payload) if name in HALTING else sealer.seal(DatagramKind.TELECOMMAND, payload))
     chance.shuffle(way)
     done = [order for datagram in way for order in rover.orders(datagram)]
     halted = 0
@@ -153,7 +155,7 @@ def test_all_orders_of_a_goto_a_stop_and_a_resume_leave_the_rover_where_the_newe
     sealer = Sealer(KEYS.command.key(1), 1, 5)
     names = ("goto", "resume", "safe", "goto")
     sealed = [
-        sealer.seal_halt(asked(n, name)) if name in HALTING else sealer.seal(Kind.TELECOMMAND, asked(n, name))
+        sealer.seal_halt(asked(n, name)) if name in HALTING else sealer.seal(DatagramKind.TELECOMMAND, asked(n, name))
         for n, name in enumerate(names, 1)
     ]
     for order in itertools.permutations(range(4)):

@@ -30,8 +30,8 @@ def refusal(opener: link.Opener, datagram: bytes) -> str:
 
 
 def test_what_was_sealed_opens_with_kind_station_counter_and_boot_id():
-    opened = rover().open(sealer(3, counter=9).seal(link.Kind.TELECOMMAND, b"abc"))
-    assert opened == (link.Kind.TELECOMMAND, 3, 9, 5, b"abc", False)
+    opened = rover().open(sealer(3, counter=9).seal(link.DatagramKind.TELECOMMAND, b"abc"))
+    assert opened == (link.DatagramKind.TELECOMMAND, 3, 9, 5, b"abc", False)
 
 
 def test_header_and_tag_take_32_bytes_at_most_48():
@@ -42,7 +42,7 @@ def test_header_and_tag_take_32_bytes_at_most_48():
 def test_the_frame_is_as_drawn_with_an_hmac_computed_apart():
     import hmac
 
-    datagram = sealer(2, 0x01020304, 7).seal(link.Kind.REPORT, b"xyz")
+    datagram = sealer(2, 0x01020304, 7).seal(link.DatagramKind.REPORT, b"xyz")
     assert datagram[:16] == bytes([5, 2, 0, 0]) + (7).to_bytes(8, "little") + bytes([4, 3, 2, 1])
     key = COMMAND.key(2)
     assert key is not None
@@ -190,7 +190,7 @@ def test_the_longest_datagram_opens_and_one_byte_more_is_refused():
 
 
 def test_every_kind_opens_and_the_numbers_beside_them_do_not():
-    assert [rover().open(sealer().seal(kind, b"")).kind for kind in range(1, 6)] == list(link.Kind)
+    assert [rover().open(sealer().seal(kind, b"")).kind for kind in range(1, 6)] == list(link.DatagramKind)
     assert [refusal(rover(), sealer().seal(kind, b"")) for kind in (0, 6)] == ["kind", "kind"]
 
 

@@ -7,13 +7,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocol import WireError
-from protocol.products.nsp import MOST_PLACES, MOST_TEXT_BYTES, Explanation, Place, decode_nsp, encode_nsp
+from protocol.products.nsp import MOST_PLACES, MOST_TEXT_BYTES, Candidate, Explanation, decode_nsp, encode_nsp
 
 number = st.floats(allow_nan=False, allow_infinity=True)
 cell = st.integers(-(2**31), 2**31 - 1)
 count = st.integers(0, 2**32 - 1)
 word = st.text(max_size=60)
-places = st.builds(Place, cell, cell, *[number] * 9)
+places = st.builds(Candidate, cell, cell, *[number] * 9)
 explanations = st.builds(
     Explanation,
     st.integers(0, 0xFFFF),
@@ -33,7 +33,7 @@ explanations = st.builds(
 )
 CHOSEN = Explanation(
     2, (1.0, 2.0, 0.5), (12.0, 3.0), (4.0, 2.5, 0.7), 3.2, (1.0, 0.5), "explore", "drive", "R10", "the way shrinks",
-    34163, 40000, tuple(Place(n, 2 * n, 0.1 * n, 0.2, 0.3, 0.9 - 0.1 * n, 1.0, -0.1 - 0.1 * n, 0.6, 50.0, 8.0)
+    34163, 40000, tuple(Candidate(n, 2 * n, 0.1 * n, 0.2, 0.3, 0.9 - 0.1 * n, 1.0, -0.1 - 0.1 * n, 0.6, 50.0, 8.0)
                         for n in range(6)), {"not free": 5000, "no way to the goal": 800, "near an earlier stop": 37},
 )  # fmt: skip
 

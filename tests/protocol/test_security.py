@@ -10,13 +10,13 @@ import pytest
 
 from onboard.config import Config, ConfigError, Link, load
 from onboard.core.downlink import Downlink
-from onboard.core.telemetry import View
+from onboard.core.telemetry import TelemetryInputs
 from onboard.drivers.link.port import Gate, link_keys
 from onboard.drivers.link.saved_state import HOLD_NS, MARKS, LinkMemory
 from onboard.records import LinkMessage
 from protocol import WireError
 from protocol.link import datagrams as link
-from protocol.link.datagrams import DOWNLINK_KEY_ID, KEY_DOWN, KEY_UP, Kind, Opener, Sealer
+from protocol.link.datagrams import DOWNLINK_KEY_ID, KEY_DOWN, KEY_UP, DatagramKind, Opener, Sealer
 from protocol.link.keyring import EPOCHS, Keyring, LinkKeys, bench_keys
 from protocol.tables import commands
 from protocol.tables.modes import Mode
@@ -41,7 +41,7 @@ class Ground:
         return commands.encode(commands.Telecommand(self._next_id, 0, 0, name, arguments))
 
     def goto(self) -> bytes:
-        return self.sealer.seal(Kind.TELECOMMAND, self.payload("goto", x_m=1.0, y_m=2.0))
+        return self.sealer.seal(DatagramKind.TELECOMMAND, self.payload("goto", x_m=1.0, y_m=2.0))
 
     def stop(self) -> bytes:
         return self.sealer.seal_halt(self.payload("stop"))
@@ -58,7 +58,7 @@ class Rover:
         self.memory = LinkMemory(self._folder, KEYS, self._wait)
         halted = json.dumps(self.memory.halted).encode()
         self.gate, self.core = Gate(KEYS, boot_id, self.memory), Downlink(Link(), halted)
-        self.core.sample(View(mode=Mode.STANDBY), 0)
+        self.core.sample(TelemetryInputs(mode=Mode.STANDBY), 0)
         self.boot_id = boot_id
 
     def restart(self) -> None:
@@ -131,7 +131,7 @@ def test_replayed_after_a_restart_of_the_rover_is_refused_and_the_genuine_key_ge
 
 def test_replayed_after_a_restart_of_the_ground_is_refused_there_and_the_rover_is_heard_at_once():
     down = Sealer(KEYS.downlink.key(DOWNLINK_KEY_ID), DOWNLINK_KEY_ID, 5)
-    heard = [down.seal(Kind.MAVLINK, b"old") for _ in range(20)]
+    heard = [down.seal(DatagramKind.MAVLINK, b"old") for _ in range(20)]
     before = Opener(KEYS.downlink)
     assert all(before.open(d).payload == b"old" for d in heard)
     again = Opener(KEYS.downlink, newest_boot_id=before.boot_id)
@@ -140,7 +140,7 @@ def test_replayed_after_a_restart_of_the_ground_is_refused_there_and_the_rover_i
         with pytest.raises(WireError) as refused:
             again.open(datagram)
         assert refused.value.kind == "replay"
-    assert again.open(down.seal(Kind.MAVLINK, b"new")).payload == b"new"
+    assert again.open(down.seal(DatagramKind.MAVLINK, b"new")).payload == b"new"
 
 
 def test_future_counter_is_refused_and_the_senders_own_go_on(rover):
@@ -176,9 +176,9 @@ def test_wrong_boot_older_and_newer_is_refused(rover):
 
 def test_wrong_direction_is_refused_even_with_one_secret_for_both(rover):
     own = Sealer(KEYS.downlink.key(0), 0, 5)
-    assert rover.refuses(own.seal(Kind.TELECOMMAND, Ground().payload("stop"))) == "tag"
+    assert rover.refuses(own.seal(DatagramKind.TELECOMMAND, Ground().payload("stop"))) == "tag"
     reflected = Sealer(Keyring(KEY_DOWN, SECRETS).key(1), 1, 5)
-    assert rover.refuses(reflected.seal(Kind.TELECOMMAND, Ground().payload("stop"))) == "tag"
+    assert rover.refuses(reflected.seal(DatagramKind.TELECOMMAND, Ground().payload("stop"))) == "tag"
     with pytest.raises(WireError, match="tag"):
         Opener(KEYS.downlink).open(Ground().goto())
 
@@ -252,7 +252,7 @@ def test_the_exception_is_for_halting_commands_at_once_and_for_nothing_else(rove
     for payload in (ground.payload("goto", x_m=1.0, y_m=1.0), ground.payload("resume"), later, b"", b"\2" * 29):
         with pytest.raises(ValueError, match="halts"):
             ground.sealer.seal_halt(payload)
-        genuine_key_wrong_use = ground.sealer._sealed(Kind.TELECOMMAND, link.HALT, 50, payload)
+        genuine_key_wrong_use = ground.sealer._sealed(DatagramKind.TELECOMMAND, link.HALT, 50, payload)
         assert rover.refuses(genuine_key_wrong_use) == "kind"
     assert rover.does(ground.stop()) == ["stop"]
 

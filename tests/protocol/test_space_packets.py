@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from wire import bytewise, whole
 
 from protocol import WireError
-from protocol.ccsds.packet_table import COMMAND_APID, Asked, decode_command, fields_of
+from protocol.ccsds.packet_table import COMMAND_APID, CommandPacket, decode_command, fields_of
 from protocol.ccsds.space_packets import (
     MOST_BYTES,
     P_FIELD,
@@ -108,7 +108,7 @@ def test_any_content_of_a_telecommand_is_something_asked_or_a_clear_error(row, d
     cut = data.draw(st.integers(0, size))
     for bad in (content, content[:cut], content + b"x"):
         try:
-            assert isinstance(decode_command(bad), Asked)
+            assert isinstance(decode_command(bad), CommandPacket)
         except WireError as error:
             assert error.kind == "packet"
     assert 0 < COMMAND_APID < 0x7FF  # 2047 is the idle packet's

@@ -15,7 +15,7 @@ from protocol.link import events
 from protocol.link.datagrams import payload_limit
 from protocol.mavlink_frames import enu_angles, frd_from_flu, ned_angles, ned_from_enu
 from protocol.tables import commands, modes, telemetry
-from protocol.tables.arguments import Kind
+from protocol.tables.arguments import ArgumentKind
 from protocol.tables.modes import Mode, next_mode
 
 ARGUMENTS = {row.name: commands.parse([*row.typed.split(), *row.example.split()])[1] for row in commands.TABLE}
@@ -42,10 +42,10 @@ def test_every_command_crosses_the_wire_unchanged(row):
 def longest(argument):
     text = max(argument.known, key=len) if argument.known else "x" * argument.most
     return {
-        Kind.NUMBER: argument.high,
-        Kind.CHOICE: (argument.choices or ("",))[-1],
-        Kind.TEXT: text,
-        Kind.POINTS: (argument.low, argument.high) * argument.most,
+        ArgumentKind.NUMBER: argument.high,
+        ArgumentKind.CHOICE: (argument.choices or ("",))[-1],
+        ArgumentKind.TEXT: text,
+        ArgumentKind.POINTS: (argument.low, argument.high) * argument.most,
     }[argument.kind]
 
 
@@ -60,10 +60,10 @@ def test_the_longest_of_every_command_fits_a_datagram_of_the_slowest_profile(row
 def test_what_is_out_of_bounds_is_refused_by_its_argument_and_name(row):
     for argument in row.arguments:
         bad = {
-            Kind.NUMBER: argument.high + 1.0,
-            Kind.CHOICE: "nothing",
-            Kind.TEXT: "x" * (argument.most + 1),
-            Kind.POINTS: (0.0, 0.0) * (argument.most + 1),
+            ArgumentKind.NUMBER: argument.high + 1.0,
+            ArgumentKind.CHOICE: "nothing",
+            ArgumentKind.TEXT: "x" * (argument.most + 1),
+            ArgumentKind.POINTS: (0.0, 0.0) * (argument.most + 1),
         }[argument.kind]
         with pytest.raises(ValueError, match=f"^{row.name}: `{argument.name}` = .* should be "):
             commands.check(row.name, {**ARGUMENTS[row.name], argument.name: bad})

@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 from protocol import WireError
-from protocol.link.transactions import Code, Executor, Order, Report, Requester, State, decode_report, encode_report
+from protocol.link.transactions import (
+    Code,
+    Executor,
+    Order,
+    Report,
+    Requester,
+    RequestState,
+    decode_report,
+    encode_report,
+)
 from protocol.tables import commands
 from protocol.tables.modes import Mode
 
@@ -38,7 +47,7 @@ def run(air, ground, rover, until_ns, orders, *, act=None, start_ns=0, step_ns=1
             order = rover.receive(1, payload, now_ns, Mode.STANDBY)
             if order is not None:
                 orders.append(order)
-                rover.report(order.request_id, State.COMPLETED, now_ns, "done", (float(len(orders)),))
+                rover.report(order.request_id, RequestState.COMPLETED, now_ns, "done", (float(len(orders)),))
         air.put(now_ns, "ground", rover.send(now_ns))
         for payload in air.take(now_ns, "ground"):
             ground.receive(payload, now_ns)
@@ -58,7 +67,7 @@ def test_10000_commands_at_30_percent_loss_and_2600_ms_round_trip_are_each_execu
 
     run(air, ground, rover, 330 * S, orders, act=act)
     assert sorted(o.arguments["x_m"] for o in orders) == [float(n) for n in range(10_000)]
-    assert {r.state for r in ground.requests.values()} == {State.COMPLETED}
+    assert {r.state for r in ground.requests.values()} == {RequestState.COMPLETED}
     waits = sorted(r.history[0][0] - r.made_ns for r in ground.requests.values())
     assert waits[9_500] <= 3 * 2600 * MS
     assert waits[9_990] <= 6 * 2600 * MS
@@ -83,7 +92,7 @@ def test_a_request_that_arrives_after_its_expiry_is_reported_expired_and_never_e
     air.loss = 0.0
     run(air, ground, rover, 70 * S, orders, start_ns=60 * S)
     assert orders == []
-    assert ground.requests[1].state is State.EXPIRED
+    assert ground.requests[1].state is RequestState.EXPIRED
 
 
 def test_the_outcome_is_learned_though_all_copies_of_its_report_were_lost():
@@ -93,30 +102,30 @@ def test_the_outcome_is_learned_though_all_copies_of_its_report_were_lost():
     assert order is not None
     for payload in rover.send(0):
         ground.receive(payload, 0)
-    assert ground.requests[1].state is State.ACCEPTED
-    rover.report(order.request_id, State.COMPLETED, 10 * S)
+    assert ground.requests[1].state is RequestState.ACCEPTED
+    rover.report(order.request_id, RequestState.COMPLETED, 10 * S)
     assert len(rover.send(10 * S)) == 1 and len(rover.send(11 * S)) == 1  # both lost
     (asked,) = ground.send(20 * S)
     assert rover.receive(1, asked, 20 * S, Mode.STANDBY) is None
     for payload in rover.send(20 * S):
         ground.receive(payload, 20 * S)
-    assert ground.requests[1].state is State.COMPLETED
+    assert ground.requests[1].state is RequestState.COMPLETED
     assert ground.send(100 * S) == []
 
 
 def test_a_late_report_does_not_overwrite_a_newer():
     ground = Requester(1)
     ground.request("stop", {}, 0)
-    assert ground.receive(encode_report(Report(1, 1, 2, State.COMPLETED)), 0) is not None
-    assert ground.receive(encode_report(Report(1, 1, 1, State.ACCEPTED)), 1) is None
-    assert ground.requests[1].state is State.COMPLETED
+    assert ground.receive(encode_report(Report(1, 1, 2, RequestState.COMPLETED)), 0) is not None
+    assert ground.receive(encode_report(Report(1, 1, 1, RequestState.ACCEPTED)), 1) is None
+    assert ground.requests[1].state is RequestState.COMPLETED
 
 
 def test_the_oldest_requests_with_an_outcome_are_forgotten_and_no_open_one():
     ground = Requester(1, remembered=3)
     for _ in range(3):
         ground.request("stop", {}, 0)
-    ground.receive(encode_report(Report(2, 1, 1, State.COMPLETED)), 0)
+    ground.receive(encode_report(Report(2, 1, 1, RequestState.COMPLETED)), 0)
     for _ in range(2):
         ground.request("stop", {}, 0)
     assert list(ground.requests) == [1, 3, 4, 5] and ground.open == 4
@@ -125,8 +134,8 @@ def test_the_oldest_requests_with_an_outcome_are_forgotten_and_no_open_one():
 def test_reports_for_another_station_are_not_mine():
     ground = Requester(2)
     ground.request("stop", {}, 0)
-    assert ground.receive(encode_report(Report(1, 1, 1, State.COMPLETED)), 0) is None
-    assert ground.requests[1].state is State.REQUESTED
+    assert ground.receive(encode_report(Report(1, 1, 1, RequestState.COMPLETED)), 0) is None
+    assert ground.requests[1].state is RequestState.REQUESTED
 
 
 def test_two_stations_may_use_the_same_request_id():
@@ -148,7 +157,7 @@ def refused(payload: bytes, mode: Mode = Mode.STANDBY) -> Report:
 def test_a_refused_command_says_what_would_be_allowed():
     goto = commands.encode(commands.Telecommand(1, 0, 0, "goto", {"x_m": 1.0, "y_m": 2.0}))
     report = refused(goto, Mode.SAFE)
-    assert (report.state, report.code) == (State.FAILED, Code.MODE)
+    assert (report.state, report.code) == (RequestState.FAILED, Code.MODE)
     assert report.text.startswith("goto is refused in SAFE: it needs STANDBY, AUTONOMOUS; allowed now: resume")
     far = goto[:29] + np.array([2e4, 0.0, np.nan]).tobytes()
     report = refused(far)
@@ -161,7 +170,7 @@ def test_a_fault_that_the_table_does_not_have_is_refused_by_the_rover_too():
     mask = {"fault": "NODE_LOST", "lasting_s": 5.0}
     typed = commands.encode(commands.Telecommand(7, 0, 0, "faults_mask", mask))
     report = refused(typed.replace(b"NODE_LOST", b"NODE_LOOT"))
-    assert (report.state, report.code) == (State.FAILED, Code.RANGE)
+    assert (report.state, report.code) == (RequestState.FAILED, Code.RANGE)
     assert report.text == "faults_mask: unknown fault `NODE_LOOT`; did you mean `NODE_LOST`?"
 
 
@@ -187,18 +196,18 @@ def test_what_halts_is_obeyed_once_under_an_id_that_was_used_or_forgotten(name, 
     halt = commands.encode(commands.Telecommand(request_id, 0, 0, name, {}))
     order = rover.receive(1, halt, 11 * S, Mode.AUTONOMOUS)
     assert order is not None and order.name == name
-    rover.report(order.request_id, State.COMPLETED, 12 * S, "done")
+    rover.report(order.request_id, RequestState.COMPLETED, 12 * S, "done")
     assert rover.receive(1, halt, 13 * S, Mode.STANDBY) is None
-    assert decode_report(rover.send(14 * S)[0])[:4:3] == (request_id, State.COMPLETED)
+    assert decode_report(rover.send(14 * S)[0])[:4:3] == (request_id, RequestState.COMPLETED)
 
 
 def test_only_the_newest_report_of_a_request_waits_and_two_copies_of_it_are_sent():
     rover = Executor()
     rover.receive(1, commands.encode(commands.Telecommand(1, 0, 0, "stop", {})), 0, Mode.STANDBY)
-    rover.report(1 << 32 | 1, State.STARTED, 0)
-    rover.report(1 << 32 | 1, State.COMPLETED, 0, "é" * 200)
+    rover.report(1 << 32 | 1, RequestState.STARTED, 0)
+    rover.report(1 << 32 | 1, RequestState.COMPLETED, 0, "é" * 200)
     states = [decode_report(p) for t in (0, 200 * MS, 400 * MS) for p in rover.send(t)]
-    assert [r.state for r in states] == [State.COMPLETED] * 2
+    assert [r.state for r in states] == [RequestState.COMPLETED] * 2
     assert states[0].text == "é" * 53 + "…"
 
 
@@ -224,7 +233,7 @@ def test_a_request_with_a_start_time_waits_for_it_and_begins_in_the_mode_of_that
     rover = Executor()
     assert ask(rover, 1, "goto", 1 * S, start_ns=9 * S, x_m=1.0, y_m=2.0) is None
     assert ask(rover, 2, "scan", 1 * S, start_ns=5 * S) is None
-    assert last(rover, 1 * S)[3:6] == (State.ACCEPTED, 0, "waits until 5.0 s, now 1.0 s")
+    assert last(rover, 1 * S)[3:6] == (RequestState.ACCEPTED, 0, "waits until 5.0 s, now 1.0 s")
     assert rover.due(5 * S - 1, Mode.STANDBY) == []
     assert rover.waits == ["scan at 5.0 s (1#2)", "goto at 9.0 s (1#1)"]
     assert [order.name for order in rover.due(5 * S, Mode.STANDBY)] == ["scan"]
@@ -236,10 +245,10 @@ def test_a_request_with_a_start_time_waits_for_it_and_begins_in_the_mode_of_that
 def test_what_waits_is_cancelled_by_a_word_and_expires_like_any_other():
     rover = Executor()
     ask(rover, 1, "goto", 0, start_ns=9 * S, expiry_ns=10 * S, x_m=1.0, y_m=2.0)
-    assert rover.due(11 * S, Mode.STANDBY) == [] and last(rover, 11 * S).state is State.EXPIRED
+    assert rover.due(11 * S, Mode.STANDBY) == [] and last(rover, 11 * S).state is RequestState.EXPIRED
     ask(rover, 2, "scan", 11 * S, start_ns=20 * S)
     rover.cancel_waiting(12 * S, "stop: operator")
-    assert last(rover, 12 * S)[3:6] == (State.CANCELLED, 0, "stop: operator")
+    assert last(rover, 12 * S)[3:6] == (RequestState.CANCELLED, 0, "stop: operator")
     assert rover.due(30 * S, Mode.STANDBY) == []
 
 
@@ -258,8 +267,8 @@ def test_a_reboot_is_known_to_be_done_by_the_new_boot_and_is_not_asked_again():
     ground.request("stop", {}, 0)
     assert len(ground.send(0)) == 2
     (told,) = ground.rover_booted(7, 3 * S)
-    assert (told.request_id, told.state, told.text) == (1, State.COMPLETED, "up anew, boot 7")
-    assert ground.requests[1].state is State.COMPLETED and ground.requests[2].state is State.REQUESTED
+    assert (told.request_id, told.state, told.text) == (1, RequestState.COMPLETED, "up anew, boot 7")
+    assert ground.requests[1].state is RequestState.COMPLETED and ground.requests[2].state is RequestState.REQUESTED
     assert len(ground.send(60 * S)) == 1
 
 
@@ -283,7 +292,9 @@ def answered(rover, questions, now_ns):
     asked = [(4, n, "time") for n in range(questions)] + [(1, 5, "status"), (2, 7, "stop")]
     for station, request_id, name in asked:
         payload = commands.encode(commands.Telecommand(request_id, 0, 0, name, {}))
-        rover.report(rover.receive(station, payload, now_ns, Mode.STANDBY).request_id, State.COMPLETED, now_ns, name)
+        rover.report(
+            rover.receive(station, payload, now_ns, Mode.STANDBY).request_id, RequestState.COMPLETED, now_ns, name
+        )
 
 
 def test_the_report_of_a_stop_leaves_first_and_then_each_station_s_in_turn_however_many_questions_wait():

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from hil.faults.build_errors import drawn
-from onboard.bringup.calibrate.drive import Drive
+from onboard.bringup.calibrate.drive import CalibrationDrive
 from onboard.bringup.calibrate.estimate import Estimate, estimate
 from onboard.bringup.calibrate.evidence import Evidence, evidence
 from onboard.bringup.calibrate.model import CALIBRATED, Model, believed
@@ -96,12 +96,12 @@ def drive(built: Rover, believes: Rover, seed: int) -> tuple[str, Driven | None]
     """Return the reason for an early end, or the drive."""
     yard, poses = Yard(built, seed), []
 
-    def observe(world: Yard, machine: Drive) -> None:
+    def observe(world: Yard, machine: CalibrationDrive) -> None:
         if machine.at > len(poses):  # a step is over
             poses.append((world.state.position_m.copy(), world.state.quaternion_xyzw.copy()))
 
     try:
-        machine = yard.run(Drive(replace(Config(), rover=believes), SIDE_M), observe)
+        machine = yard.run(CalibrationDrive(replace(Config(), rover=believes), SIDE_M), observe)
     finally:
         yard.free()
     if not machine.complete:

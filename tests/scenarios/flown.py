@@ -15,7 +15,7 @@ from hil.records import PlantState
 from hil.run.in_process import InMemory
 from onboard.core.rover import Rover
 from onboard.records import Inputs, Outputs
-from protocol.link.transactions import State
+from protocol.link.transactions import RequestState
 from protocol.tables.modes import Phase
 
 GOAL_M = 0.3
@@ -120,7 +120,7 @@ def contact_words(contact: Any) -> str:
 def outcome_of(bench: InMemory, error: str = "") -> str:
     """Return 'arrived' if every order so far was completed, else the report on the first that was not."""
     for request in bench.operator.requests:
-        if request.state is not State.COMPLETED:
+        if request.state is not RequestState.COMPLETED:
             told = request.report.text if request.report else "no answer"
             return error or f"{request.telecommand.name}: {told or request.state.name}"
     return error or "arrived"

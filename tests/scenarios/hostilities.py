@@ -20,14 +20,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ground.gateway.frames import mavlink
-from ground.gateway.orders import Asked, Known, Request, order
+from ground.gateway.orders import MavCommand, Request, RoverState, order
 from ground.gateway.origin import Origin
 from onboard.core.rover import Rover
 from onboard.records import BusTrouble, Frame, Inputs, RecordTrouble
 from protocol.can.crc import seed as crc_seed
 from protocol.can.crc import sound
 from protocol.generated.can_codec import TABLE
-from protocol.link.datagrams import DOWNLINK_KEY_ID, MAX_DATAGRAM, OVERHEAD, Kind
+from protocol.link.datagrams import DOWNLINK_KEY_ID, MAX_DATAGRAM, OVERHEAD, DatagramKind
 from protocol.tables import commands
 from protocol.tables.modes import Mode
 
@@ -144,7 +144,9 @@ def _forged(count: int) -> Act:
 
     def act(out: Outside, rng: Rng) -> None:
         sealer = out.sealer(bytes(32), 1)
-        out.datagrams += [sealer.seal(Kind.TELECOMMAND, _goto(int(rng.integers(1 << 31)))) for _ in range(count)]
+        out.datagrams += [
+            sealer.seal(DatagramKind.TELECOMMAND, _goto(int(rng.integers(1 << 31)))) for _ in range(count)
+        ]
 
     return act
 
@@ -159,14 +161,16 @@ def _earlier_boot(out: Outside, rng: Rng) -> None:
     key = out.keys.command.key(1)
     assert key is not None
     for boot_id in (out.boot_id - 1, out.boot_id + 1):
-        out.datagrams += [out.sealer(key, 1, boot_id & 0xFFFFFFFF).seal(Kind.TELECOMMAND, _goto(n)) for n in range(5)]
+        out.datagrams += [
+            out.sealer(key, 1, boot_id & 0xFFFFFFFF).seal(DatagramKind.TELECOMMAND, _goto(n)) for n in range(5)
+        ]
 
 
 def _foreign_key(out: Outside, rng: Rng) -> None:
     """Send the operator's id under another station's key."""
     key = out.keys.command.key(OTHER)
     assert key is not None
-    out.datagrams += [out.sealer(key, 1).seal(Kind.TELECOMMAND, _goto(n)) for n in range(10)]
+    out.datagrams += [out.sealer(key, 1).seal(DatagramKind.TELECOMMAND, _goto(n)) for n in range(10)]
 
 
 def _viewer(out: Outside, rng: Rng) -> None:
@@ -174,7 +178,7 @@ def _viewer(out: Outside, rng: Rng) -> None:
     key = out.keys.downlink.key(DOWNLINK_KEY_ID)
     assert key is not None
     for key_id in (1, DOWNLINK_KEY_ID):
-        out.datagrams += [out.sealer(key, key_id).seal(Kind.TELECOMMAND, _goto(n)) for n in range(5)]
+        out.datagrams += [out.sealer(key, key_id).seal(DatagramKind.TELECOMMAND, _goto(n)) for n in range(5)]
 
 
 def _without_lease(out: Outside, rng: Rng) -> None:
@@ -192,10 +196,10 @@ def _without_lease(out: Outside, rng: Rng) -> None:
     )
     name, arguments = orders[int(rng.integers(len(orders)))]
     asked = commands.Telecommand(int(rng.integers(1 << 31)), 0, 0, name, arguments)
-    out.datagrams.append(out.station(OTHER).seal(Kind.TELECOMMAND, commands.encode(asked)))
+    out.datagrams.append(out.station(OTHER).seal(DatagramKind.TELECOMMAND, commands.encode(asked)))
 
 
-def absurd_payloads(rng: Rng) -> list[tuple[Kind, bytes]]:
+def absurd_payloads(rng: Rng) -> list[tuple[DatagramKind, bytes]]:
     """Return damaged and absurd payloads of a station with a key; none of them is a valid command."""
 
     def head(command_id: int) -> bytes:
@@ -232,10 +236,10 @@ def absurd_payloads(rng: Rng) -> list[tuple[Kind, bytes]]:
     ]
     others = [
         (kind, rng.bytes(size))
-        for kind in (Kind.MAVLINK, Kind.BULK_CHUNK, Kind.BULK_BITMAP, Kind.REPORT)
+        for kind in (DatagramKind.MAVLINK, DatagramKind.BULK_CHUNK, DatagramKind.BULK_BITMAP, DatagramKind.REPORT)
         for size in (0, 1, 40)
     ]
-    return [(Kind.TELECOMMAND, payload) for payload in sealed] + others
+    return [(DatagramKind.TELECOMMAND, payload) for payload in sealed] + others
 
 
 def _absurd(out: Outside, rng: Rng) -> None:
@@ -249,7 +253,7 @@ def _questions(out: Outside, rng: Rng) -> None:
     """Ask for the time from a station with a key, each time as a new request."""
     for _ in range(3):
         asked = commands.Telecommand(int(rng.integers(1 << 31)), 0, 0, "time", {})
-        out.datagrams.append(out.station(HOARDER).seal(Kind.TELECOMMAND, commands.encode(asked)))
+        out.datagrams.append(out.station(HOARDER).seal(DatagramKind.TELECOMMAND, commands.encode(asked)))
 
 
 def _mode_words(out: Outside, rng: Rng) -> None:
@@ -258,16 +262,16 @@ def _mode_words(out: Outside, rng: Rng) -> None:
     Without AUTO.LOITER, which is a valid stop of a station with a key, and no hostility.
     """
     foreign = [*((custom, 0) for custom in _ARDUPILOT), *((custom, sub) for custom in _PX4 for sub in range(11))]
-    known = Known(Origin(0.0, 0.0), Mode.AUTONOMOUS, 0.0, True, goals_m=((3.0, 0.0), (6.0, 1.0)))
+    known = RoverState(Origin(0.0, 0.0), Mode.AUTONOMOUS, 0.0, True, goals_m=((3.0, 0.0), (6.0, 1.0)))
     wanted = int(rng.integers(len(foreign) + 20))
     custom, sub = foreign[wanted] if wanted < len(foreign) else (4, int(rng.choice([4, 5])))
     if (custom, sub) == (4, 3):
         return
     base = float(mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED)
-    made = order(Asked(mavlink.MAV_CMD_DO_SET_MODE, (base, float(custom), float(sub), 0.0)), known)
+    made = order(MavCommand(mavlink.MAV_CMD_DO_SET_MODE, (base, float(custom), float(sub), 0.0)), known)
     if isinstance(made, Request):
         asked = commands.Telecommand(int(rng.integers(1 << 31)), 0, 0, made.name, dict(made.arguments))
-        out.datagrams.append(out.station(OTHER).seal(Kind.TELECOMMAND, commands.encode(asked)))
+        out.datagrams.append(out.station(OTHER).seal(DatagramKind.TELECOMMAND, commands.encode(asked)))
 
 
 def _black_out(out: Outside, rng: Rng) -> None:

@@ -27,7 +27,7 @@ from hil.terrain.fields import draw_course
 from hil.terrain.grounds import GROUNDS
 from hil.terrain.recipe import Recipe, compose
 from hil.terrain.rock_sizes import PowerLaw
-from hil.world.operator import Order
+from hil.world.operator import TimedCommand
 from hil.world.world import rotate
 from onboard.core.rover import Rover
 from onboard.motion.kinematics import wheel_places
@@ -35,7 +35,7 @@ from onboard.perception.localisation import Localisation
 from onboard.records import F64, Inputs, Outputs, Pose
 from pictures.estimate import Trace
 from protocol.conventions import wrap_rad
-from protocol.link.transactions import State
+from protocol.link.transactions import RequestState
 from protocol.tables.modes import Phase
 from tests.scenarios.mission import LIMIT_S, edges
 
@@ -178,10 +178,10 @@ def flown(seed: int, recorder: Recorder | None = None) -> tuple[Row, Watch]:
         recorder.attach(bench)
     patch = Patch(bench) if name == "soft" else None
     _until_done(bench, watch, patch)
-    if bench.operator.requests[-1].state is State.COMPLETED:
+    if bench.operator.requests[-1].state is RequestState.COMPLETED:
         back = 1.0 - BACK_M / math.hypot(*ground.goal_m)
         x_m, y_m = (round(back * v, 3) for v in ground.goal_m)
-        bench.operator.ask(Order(0.0, "goto", {"x_m": x_m, "y_m": y_m}))
+        bench.operator.ask(TimedCommand(0.0, "goto", {"x_m": x_m, "y_m": y_m}))
         _until_done(bench, watch, patch)
     bench.free()
     error_m = float(np.linalg.norm(watch.error[:3]))

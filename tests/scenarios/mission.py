@@ -10,7 +10,7 @@ from itertools import chain
 from hil.run.in_process import CAMPAIGN_STEP_NS, GOTO_S, InMemory
 from hil.scenarios.model import Scenario, ground_of
 from hil.terrain.field import Field
-from hil.world.operator import Order
+from hil.world.operator import TimedCommand
 from onboard.records import Grid
 
 LIMIT_S = 3600.0
@@ -23,10 +23,10 @@ def bench_to_goal(scenario: Scenario) -> InMemory:
     return InMemory(scenario, (*edges(ground), goto(ground.goal_m)), ground=ground, step_ns=CAMPAIGN_STEP_NS)
 
 
-def edges(field: Field) -> tuple[Order, ...]:
+def edges(field: Field) -> tuple[TimedCommand, ...]:
     """Return the orders of four keep-outs, a strip along each edge of the field."""
     return tuple(
-        Order(GOTO_S, "fence_add", {"fence": name, "kind": "keep_out", "corners_m": tuple(chain(*corners))})
+        TimedCommand(GOTO_S, "fence_add", {"fence": name, "kind": "keep_out", "corners_m": tuple(chain(*corners))})
         for name, corners in strips(field.grid).items()
     )
 
@@ -44,6 +44,6 @@ def strips(grid: Grid) -> dict[str, tuple[tuple[float, float], ...]]:
     return {name: ((x0, y0), (x1, y0), (x1, y1), (x0, y1)) for name, (x0, y0, x1, y1) in boxes.items()}
 
 
-def goto(goal_m: tuple[float, float]) -> Order:
+def goto(goal_m: tuple[float, float]) -> TimedCommand:
     """Return the order to a goal: at once; the first one after the rover's start."""
-    return Order(GOTO_S, "goto", {"x_m": goal_m[0], "y_m": goal_m[1]})
+    return TimedCommand(GOTO_S, "goto", {"x_m": goal_m[0], "y_m": goal_m[1]})

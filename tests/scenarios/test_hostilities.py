@@ -9,7 +9,7 @@ from hil.run.in_process import CAMPAIGN_STEP_NS, InMemory
 from hil.scenarios.model import Scenario
 from onboard.record.replay import replay
 from protocol import WireError
-from protocol.link.datagrams import Kind
+from protocol.link.datagrams import DatagramKind
 from protocol.link.transactions import Executor
 from protocol.tables.modes import Mode
 from tests.scenarios import __main__ as command
@@ -106,7 +106,9 @@ def test_budgets_of_the_ports_bound_what_a_flood_brings_into_a_tick():
 
 def test_no_absurd_payload_becomes_an_order():
     rng = np.random.default_rng(1)
-    payloads = [payload for _ in range(20) for kind, payload in absurd_payloads(rng) if kind is Kind.TELECOMMAND]
+    payloads = [
+        payload for _ in range(20) for kind, payload in absurd_payloads(rng) if kind is DatagramKind.TELECOMMAND
+    ]
     for mode in Mode:
         executor, orders = Executor(), []
         for payload in payloads:

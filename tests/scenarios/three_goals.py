@@ -19,7 +19,7 @@ from hil.run.in_process import CAMPAIGN_STEP_NS, InMemory
 from hil.scenarios.model import Scenario
 from hil.terrain.field import Field
 from hil.terrain.fields import free_with_room, pose_of, true_surface
-from hil.world.operator import Order
+from hil.world.operator import TimedCommand
 from onboard.config import Planning, Rover
 from onboard.planning import poses
 from onboard.records import F64, Bool
@@ -58,14 +58,14 @@ def fly(seed: int) -> Row:
     return ended(bench, watch, seed, goal, outcome, errors_m)
 
 
-def turn(bench: InMemory) -> Order:
+def turn(bench: InMemory) -> TimedCommand:
     """Return the order of a third of a turn to the left."""
     assert bench.rover is not None
     yaw_rad = bench.rover.localisation.pose.yaw_rad
-    return Order(0.0, "turn", {"heading_rad": round(float(wrap_rad(yaw_rad + 2 * math.pi / TURNS)), 6)})
+    return TimedCommand(0.0, "turn", {"heading_rad": round(float(wrap_rad(yaw_rad + 2 * math.pi / TURNS)), 6)})
 
 
-def _done(bench: InMemory, watch: Watch, order: Order) -> bool:
+def _done(bench: InMemory, watch: Watch, order: TimedCommand) -> bool:
     """Give an order and fly until its outcome is known; return whether it was completed."""
     bench.operator.ask(order)
     while not bench.ended:

@@ -31,7 +31,7 @@ from onboard.core.faults.wheels.slip import ASTRAY_RAD, CALM
 from onboard.core.faults.wheels.watch import WHEEL_ROWS
 from onboard.core.rover import Rover
 from onboard.records import Event, Inputs, Outputs
-from protocol.tables.faults import BY_NAME, Step
+from protocol.tables.faults import BY_NAME, ResponseStep
 from tests.scenarios.true_slip import WINDOW_TICKS, TrueSlip
 
 CASES = (
@@ -300,7 +300,7 @@ def _slips(lacks_ratio: float, strays_rad: float) -> bool:
     return lacks_ratio > CALM or strays_rad > ASTRAY_RAD
 
 
-def _answered(response: Sequence[Step], answer: str) -> bool:
+def _answered(response: Sequence[ResponseStep], answer: str) -> bool:
     """Return whether the rover's first response is that of the row: a new look if the row has one, else not SAFE."""
-    looks = Step.RESCAN in response or Step.BACK_OFF in response
+    looks = ResponseStep.RESCAN in response or ResponseStep.BACK_OFF in response
     return answer.startswith(("BACKING_OFF", "SCANNING")) if looks else "SAFE" not in answer

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ground.cli.operations.script import Step
+from ground.cli.operations.script import ScriptStep
 from ground.link.product_receiver import product_name
 from ground.link.session import NOT_SENT, Session
-from protocol.link.transactions import Request, State
+from protocol.link.transactions import Request, RequestState
 from protocol.tables import commands
 
 _ENDS = "`ground stop` ends it"
 
 
-def left(session: Session, steps: Sequence[Step] = ()) -> list[str]:
+def left(session: Session, steps: Sequence[ScriptStep] = ()) -> list[str]:
     """Return one text for each kind of open request; none if nothing is open.
 
     steps: of a plan; they count as not sent while nothing was requested.
@@ -24,8 +24,8 @@ def left(session: Session, steps: Sequence[Step] = ()) -> list[str]:
     still = [request for request in own if request.sent and not request.state.final]
     halts = [_name(request) for request in still if commands.halts(request.payload)]
     others = [request for request in still if not commands.halts(request.payload)]
-    unheard = [request for request in others if request.state is State.REQUESTED]
-    told = [request for request in others if request.state is not State.REQUESTED]
+    unheard = [request for request in others if request.state is RequestState.REQUESTED]
+    told = [request for request in others if request.state is not RequestState.REQUESTED]
     coming = [
         product_name(request.telecommand)
         for request_id, request in session.requester.requests.items()

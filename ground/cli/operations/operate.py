@@ -14,12 +14,12 @@ from ground.archive.retention import keep_within
 from ground.archive.store import Archive, ArchiveError
 from ground.cli.operations import show
 from ground.cli.operations.open_requests import left
-from ground.cli.operations.script import Runner, Step
+from ground.cli.operations.script import Runner, ScriptStep
 from ground.link.contact import NOT_HEARD_THERE, Contact, Uplink
 from ground.link.news import Item, News, ProductHeard, Progress
 from ground.link.session import VIEWER, Session
 from ground.station.clock import Clock, LockstepClock, WallClock
-from ground.station.settings import Settings
+from ground.station.settings import StationSettings
 from ground.station.station import TO_HAVE_A_ROVER, Station, StationError
 from ground.station.user import by_hand
 from onboard.config import ConfigError
@@ -49,7 +49,7 @@ class Plan:
     typed: True if the steps are one typed command, no script.
     """
 
-    steps: tuple[Step, ...] = ()
+    steps: tuple[ScriptStep, ...] = ()
     barrier: str = ""
     contact_s: float = 0.0
     limit_s: float = 0.0
@@ -177,7 +177,7 @@ class Beside(Protocol):
 Join = Callable[[Session], AbstractContextManager[Beside]]
 
 
-def operate(settings: Settings, plan: Plan, teller: Teller, join: Join | None = None) -> tuple[int, Session]:
+def operate(settings: StationSettings, plan: Plan, teller: Teller, join: Join | None = None) -> tuple[int, Session]:
     """Run the plan to its end, with `join` in parallel. Returns the exit code and the session.
 
     Raises StationError, ClockError or ConfigError if link, bench or settings are at fault, ByHandError at Ctrl-C.
@@ -207,7 +207,7 @@ def operate(settings: Settings, plan: Plan, teller: Teller, join: Join | None = 
             raise ByHandError("; ".join(["interrupted", *left(station.session, plan.steps)])) from None
 
 
-def _archive(settings: Settings, plan: Plan, utc_ns: int, teller: Teller, without: list[str]) -> Archive:
+def _archive(settings: StationSettings, plan: Plan, utc_ns: int, teller: Teller, without: list[str]) -> Archive:
     """Open the station's archive. A plan that halts the rover needs none: the cause is added to `without`."""
     path = settings.archive
     stops = plan.halts

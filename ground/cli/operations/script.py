@@ -13,7 +13,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from ground.link.session import Session
-from protocol.link.transactions import State
+from protocol.link.transactions import RequestState
 from protocol.tables import commands
 
 
@@ -21,7 +21,7 @@ class ScriptError(ValueError):
     """A line cannot be read. The text names the line and what is allowed."""
 
 
-class Step(NamedTuple):
+class ScriptStep(NamedTuple):
     """One line of a script.
 
     line, text: its number and content.
@@ -41,12 +41,12 @@ class Step(NamedTuple):
     start_utc_ns: int = 0  # likewise in UTC; requested once onboard time is known
 
 
-def parse(text: str, where: str = "script") -> list[Step]:
+def parse(text: str, where: str = "script") -> list[ScriptStep]:
     """Return the steps of a script.
 
     Raises ScriptError with file, line and what is allowed; also for an empty script.
     """
-    steps: list[Step] = []
+    steps: list[ScriptStep] = []
     for number, raw in enumerate(text.splitlines(), 1):
         line = raw.split("#", 1)[0].strip()
         if not line:
@@ -60,7 +60,7 @@ def parse(text: str, where: str = "script") -> list[Step]:
     return steps
 
 
-def _step(number: int, line: str, asked: list[str]) -> Step:
+def _step(number: int, line: str, asked: list[str]) -> ScriptStep:
     at_s, rest = None, line
     if line.startswith("at "):
         head, sign, rest = line.partition(":")
@@ -73,28 +73,28 @@ def _step(number: int, line: str, asked: list[str]) -> Step:
     words = rest.split()
     if words[0] != "wait":
         name, arguments = commands.parse(words)
-        return Step(number, line, "command", name, arguments, at_s)
+        return ScriptStep(number, line, "command", name, arguments, at_s)
     if len(words) != 2:
         raise ValueError("`wait` takes a command's name or seconds")
     if words[1] in asked:
-        return Step(number, line, "wait", words[1], {}, at_s)
+        return ScriptStep(number, line, "wait", words[1], {}, at_s)
     try:
         pause_s = float(words[1])
     except ValueError:
         known = ", ".join(dict.fromkeys(asked)) or "none"
         raise ValueError(f"wait {words[1]}: no such command before this line; asked so far: {known}") from None
-    return Step(number, line, "pause", "", {}, at_s, pause_s)
+    return ScriptStep(number, line, "pause", "", {}, at_s, pause_s)
 
 
 class Runner:
     """Executes the steps on a session. result: None while it runs, then True or False."""
 
-    def __init__(self, steps: list[Step], lifetime_s: float = 60.0) -> None:
+    def __init__(self, steps: list[ScriptStep], lifetime_s: float = 60.0) -> None:
         self._steps, self._lifetime_s = steps, lifetime_s
         self._next = 0
         self._pause_until_ns: int | None = None
         self._waiting_for: int | None = None
-        self.asked: list[tuple[int, Step]] = []
+        self.asked: list[tuple[int, ScriptStep]] = []
         self.result: bool | None = None
 
     def step(self, session: Session, now_ns: int) -> list[str]:
@@ -133,7 +133,7 @@ class Runner:
             return False
         return step.at_s is None or now_ns >= round(step.at_s * 1e9)
 
-    def _begin(self, step: Step, session: Session, now_ns: int) -> None:
+    def _begin(self, step: ScriptStep, session: Session, now_ns: int) -> None:
         if step.verb == "pause":
             self._pause_until_ns = now_ns + round(step.pause_s * 1e9)
         elif step.verb == "wait":
@@ -158,4 +158,4 @@ class Runner:
         return request.state.final
 
     def _succeeded(self, session: Session, request_id: int) -> bool:
-        return session.requester.requests[request_id].state == State.COMPLETED
+        return session.requester.requests[request_id].state == RequestState.COMPLETED

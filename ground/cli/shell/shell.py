@@ -3,8 +3,8 @@
     line -> a request in the session, which goes on while the next line is typed; or a verb that queries the archive
     news of the link -> printed above the prompt
 
-`Shell` is the logic, without terminal, clock or socket. A terminal (`terminal`) adds history, completion and a line
-with the rover's state; from a pipe each line waits for the outcome of the one before.
+`OperatorShell` is the logic, without terminal, clock or socket. A terminal (`terminal`) adds history, completion and a
+line with the rover's state; from a pipe each line waits for the outcome of the one before.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ground.cli.operations import show
 from ground.cli.operations.open_requests import left
 from ground.cli.verbs.table import ASKS
 from ground.link.session import Session
-from protocol.link.transactions import State
+from protocol.link.transactions import RequestState
 from protocol.tables import commands
 
 _ENDS = ("quit", "exit")
@@ -29,7 +29,7 @@ _HELP = (
 )
 
 
-class Shell:
+class OperatorShell:
     """Interpreter of the lines.
 
     verbs: runs a verb that needs no link, as the command line would; returns its exit code.
@@ -104,7 +104,7 @@ class Shell:
 
     def code(self, session: Session) -> int:
         """Return the exit code of the shell: the highest of the verbs', at least 1 if a request did not succeed."""
-        done = all(session.requester.requests[one].state is State.COMPLETED for one in self.asked)
+        done = all(session.requester.requests[one].state is RequestState.COMPLETED for one in self.asked)
         return max([0 if done else 1, *self.codes])
 
     def _settled(self, session: Session, request_id: int) -> bool:

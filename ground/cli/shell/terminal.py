@@ -16,11 +16,11 @@ from ground.archive.store import Archive
 from ground.cli.operations import show
 from ground.cli.operations.open_requests import left
 from ground.cli.operations.operate import CONNECT_S, SHORT_WAIT_S, ByHandError, Teller, closed_words
-from ground.cli.shell.shell import Shell, completions
+from ground.cli.shell.shell import OperatorShell, completions
 from ground.cli.verbs.screen import line_out, text_out
 from ground.link.contact import Contact
 from ground.station.clock import Clock, WallClock
-from ground.station.settings import Settings
+from ground.station.settings import StationSettings
 from ground.station.station import Station, StationError
 from ground.station.user import by_hand
 
@@ -35,7 +35,9 @@ class _ClearedError(Exception):
 class Live:
     """One session, turn by turn. contact_s: time limit for the first datagram of the rover, s; 0: none."""
 
-    def __init__(self, station: Any, clock: Clock, teller: Teller, shell: Shell, save: Save, contact_s: float) -> None:
+    def __init__(
+        self, station: Any, clock: Clock, teller: Teller, shell: OperatorShell, save: Save, contact_s: float
+    ) -> None:
         self._station, self._clock, self._teller = station, clock, teller
         self.shell, self._save, self._contact_s = shell, save, contact_s
         self._contact, self.now_ns = Contact(), 0
@@ -69,7 +71,7 @@ class Live:
 
 
 def run(
-    settings: Settings,
+    settings: StationSettings,
     station: Path | None,
     contact_s: float,
     teller: Teller,
@@ -93,7 +95,7 @@ def run(
         link = stack.enter_context(Station(settings, archive))
         link.session.asked_by = by_hand("shell")
         link.wait_open(*CONNECT_S)
-        live = Live(link, WallClock(), teller, Shell(offline), save, contact_s)
+        live = Live(link, WallClock(), teller, OperatorShell(offline), save, contact_s)
         try:
             if not sys.stdin.isatty():
                 return from_pipe(live, piped(sys.stdin.fileno()))
@@ -103,7 +105,7 @@ def run(
             raise ByHandError("; ".join(["interrupted", *left(link.session)])) from None
 
 
-def opened(settings: Settings, utc_ns: int) -> Archive:
+def opened(settings: StationSettings, utc_ns: int) -> Archive:
     """Open the station's archive without waiting for a lock: rows are written when the file is free."""
     return Archive(settings.archive or ":memory:", utc_ns, "shell", wait_s=SHORT_WAIT_S, later=True)
 

@@ -10,7 +10,7 @@ import typer
 
 from ground.cli.operations import show
 from ground.cli.operations.operate import Plan
-from ground.cli.operations.script import Step
+from ground.cli.operations.script import ScriptStep
 from ground.cli.verbs.table import Contact, Json, StationFile, Timeout
 from ground.link.schedule import utc_words
 from ground.link.session import Session
@@ -40,5 +40,5 @@ def add(family: typer.Typer, run: Run, out: Callable[[str], None]) -> None:
         """Send the station's next windows (at most 16) to the rover, in onboard time as estimated here."""
         if not load_schedule(load_settings(station)).windows.spans:
             raise typer.BadParameter("the station has none: name a file of windows as `contacts` in the station file")
-        step = Step(1, "contacts send", "contacts", "contacts_set", {}, None)
+        step = ScriptStep(1, "contacts send", "contacts", "contacts_set", {}, None)
         run(Plan((step,), contact_s=contact, limit_s=timeout), station, as_json)

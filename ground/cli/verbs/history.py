@@ -36,13 +36,13 @@ from ground.cli.verbs.screen import line_beside, line_out
 from ground.cli.verbs.table import Contact, Json, StationFile
 from ground.link.event_words import event_words
 from ground.station.settings import load_settings
-from protocol.link.transactions import State
+from protocol.link.transactions import RequestState
 from protocol.tables import commands
 from protocol.tables.modes import EVENTS, SEVERITIES
 from protocol.tables.telemetry import BY_NAME
 
 _HOLE_S = 3.0
-_FINAL = {state.name for state in State if state.final}
+_FINAL = {state.name for state in RequestState if state.final}
 
 
 def add(app: typer.Typer) -> None:
@@ -183,11 +183,11 @@ def _figures(path: Path, asked: Span, as_json: bool, more: dict[str, float | Non
         line_out(f"{name:16} {'?' if value is None else f'{value:g}'}")
 
 
-def _rows(rows: Iterable[dict[str, object]]) -> Iterable[link_figures.Row]:
+def _rows(rows: Iterable[dict[str, object]]) -> Iterable[link_figures.DatagramRow]:
     for row in rows:
         data, at, counter, boot = row["data"], row["utc_ns"], row["counter"], row["boot_id"]
         assert isinstance(data, bytes) and isinstance(at, int)
-        yield link_figures.Row(
+        yield link_figures.DatagramRow(
             at,
             str(row["direction"]),
             str(row["verdict"]),

@@ -22,7 +22,7 @@ from ground.station.station import StationError
 from onboard.config import ConfigError, load
 
 if TYPE_CHECKING:
-    from ground.products.preview import Flown, Map
+    from ground.products.preview import Map, PreviewSettings
 
 app = typer.Typer(help="What a command would do, without asking the rover.", no_args_is_help=True)
 _FAILED = 1
@@ -100,7 +100,7 @@ def goto(
     raise typer.Exit(0 if found.leads else _FAILED)
 
 
-def _asked(seen: Map, known: Flown, station: Path | None) -> Flown:
+def _asked(seen: Map, known: PreviewSettings, station: Path | None) -> PreviewSettings:
     """Return the settings fetched from the rover if it answers, else the known ones. Prints which."""
     from ground.products import preview
 

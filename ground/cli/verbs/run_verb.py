@@ -11,13 +11,13 @@ import typer
 
 from ground.cli.operations.open_requests import left
 from ground.cli.operations.operate import FAILED, TEMPORARY, Plan, Teller, operate
-from ground.cli.operations.script import Step
+from ground.cli.operations.script import ScriptStep
 from ground.cli.operations.way_out import refusal_words, shorter
 from ground.cli.verbs.screen import line_beside, line_out, text_out
 from ground.link.schedule import utc_ns
 from ground.link.session import Session
 from ground.station.settings import load_settings
-from protocol.link.transactions import Code, Request, State
+from protocol.link.transactions import Code, Request, RequestState
 from protocol.tables import commands
 
 
@@ -48,7 +48,7 @@ def leave(code: int, session: Session) -> NoReturn:
 def _unfinished(session: Session) -> str:
     """Return what goes on after the station's time limit."""
     still = [r for r in session.requester.requests.values() if r.own and not r.state.final]
-    if len(still) != 1 or still[0].telecommand.name != "lease_ask" or still[0].state != State.STARTED:
+    if len(still) != 1 or still[0].telecommand.name != "lease_ask" or still[0].state != RequestState.STARTED:
         return "; ".join(["not finished in time", *(left(session) or ["nothing was sent"])])
     holder = session.items.get("lease_station")
     whom = f"station {holder.value:g}" if holder is not None and holder.value else "another station"
@@ -57,11 +57,11 @@ def _unfinished(session: Session) -> str:
 
 def _failure(session: Session) -> str:
     """Return the rover's report of a failed request; "cancelled" if nothing worse happened."""
-    lost = [r for r in session.requester.requests.values() if r.own and r.state != State.COMPLETED]
+    lost = [r for r in session.requester.requests.values() if r.own and r.state != RequestState.COMPLETED]
     own = [r.report.text for r in lost if r.report is not None and r.report.code == Code.VERSION]
     if own:
         return own[0]
-    if not lost or any(request.state != State.CANCELLED for request in lost):
+    if not lost or any(request.state != RequestState.CANCELLED for request in lost):
         return _why(lost)
     report = lost[0].report
     return "the command was cancelled" + (f": {report.text}" if report is not None and report.text else "")
@@ -109,7 +109,7 @@ def plan_of(words: list[str], contact_s: float, timeout_s: float, lifetime_s: fl
     except ValueError as error:
         raise typer.BadParameter(shorter(_as_typed(str(error)))) from None
     start_s, start_utc_ns = _start(start)
-    step = Step(1, " ".join(words), "command", name, arguments, None, 0.0, start_s, start_utc_ns)
+    step = ScriptStep(1, " ".join(words), "command", name, arguments, None, 0.0, start_s, start_utc_ns)
     return Plan((step,), contact_s=contact_s, limit_s=timeout_s, lifetime_s=lifetime_s, typed=True)
 
 

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import typer
 
 from ground.cli.verbs.options import Yes, confirm
-from protocol.tables.arguments import Kind
+from protocol.tables.arguments import ArgumentKind
 from protocol.tables.commands import FAMILIES, Argument, Command
 
 StationFile = Annotated[
@@ -52,7 +52,7 @@ Run = Callable[[list[str], dict[str, Any]], None]
 def typed(argument: Argument) -> str:
     """Return an argument's name as the help shows it: degrees where the table has radians."""
     name = argument.name.replace("rad", "deg").upper()
-    return f"{name}..." if argument.kind is Kind.POINTS else name
+    return f"{name}..." if argument.kind is ArgumentKind.POINTS else name
 
 
 def add(app: typer.Typer, rows: Sequence[Command], run: Run) -> dict[str, typer.Typer]:

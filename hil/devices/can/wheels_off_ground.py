@@ -24,7 +24,7 @@ EARTH_MPS2 = 9.81
 FOREIGN_VERSION = 99
 
 
-class Fault(NamedTuple):
+class StandFault(NamedTuple):
     """One fault of a node: `begin(stand, node's name)`."""
 
     means: str
@@ -105,12 +105,12 @@ def _stop(stand: Stand, name: str) -> None:
     stand.by_name[name].assert_stop(StopReason.BUTTON)
 
 
-FAULTS: Mapping[str, Fault] = {
-    "silent": Fault("it sends nothing and hears nothing", _silent),
-    "foreign": Fault(f"it was built with version {FOREIGN_VERSION} of the DBC", _foreign),
-    "twice": Fault("there are two of it", Stand.double),
-    "damaged": Fault("one of its frames in 16 has a bit turned over", lambda stand, name: stand.damaged.add(name)),
-    "stuck": Fault("its wheel does not turn", _stuck),
-    "reversed": Fault("its wheel turns the other way", lambda stand, name: stand.reversed.add(name)),
-    "stop": Fault("it asserts an EMERGENCY_STOP, as if its button were pressed", _stop),
+FAULTS: Mapping[str, StandFault] = {
+    "silent": StandFault("it sends nothing and hears nothing", _silent),
+    "foreign": StandFault(f"it was built with version {FOREIGN_VERSION} of the DBC", _foreign),
+    "twice": StandFault("there are two of it", Stand.double),
+    "damaged": StandFault("one of its frames in 16 has a bit turned over", lambda stand, name: stand.damaged.add(name)),
+    "stuck": StandFault("its wheel does not turn", _stuck),
+    "reversed": StandFault("its wheel turns the other way", lambda stand, name: stand.reversed.add(name)),
+    "stop": StandFault("it asserts an EMERGENCY_STOP, as if its button were pressed", _stop),
 }

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from hil.devices.lidar.profile import Profile
-from hil.devices.lidar.states import DRILLS, Machine, State, Task
+from hil.devices.lidar.states import DRILLS, Machine, SensorState, Task
 from hil.devices.lidar.turns import BEAMS
 from protocol import scip
 
@@ -20,16 +20,16 @@ RB_WITHIN_NS = 1_000_000_000
 BAUDS = ("019200", "038400", "057600", "115200", "250000", "500000", "750000")
 ALWAYS = frozenset(("VV", "PP", "II", "%ST", "QT", "RB"))
 # state -> (status of a refusal, commands that are not refused)
-CLOSED: Mapping[State, tuple[str, frozenset[str]]] = {
-    State.BOOTING: ("10", ALWAYS),
-    State.TIMING: ("10", frozenset(("TM", "QT", "RS", "RT", "RB", "%ST"))),
-    State.SLEEP: ("10", ALWAYS | {"RS", "RT"}),
-    State.WAKING: ("10", ALWAYS | {"RS", "RT"}),
-    State.FAULT: ("0L", ALWAYS | {"BM", "DB"}),
+CLOSED: Mapping[SensorState, tuple[str, frozenset[str]]] = {
+    SensorState.BOOTING: ("10", ALWAYS),
+    SensorState.TIMING: ("10", frozenset(("TM", "QT", "RS", "RT", "RB", "%ST"))),
+    SensorState.SLEEP: ("10", ALWAYS | {"RS", "RT"}),
+    SensorState.WAKING: ("10", ALWAYS | {"RS", "RT"}),
+    SensorState.FAULT: ("0L", ALWAYS | {"BM", "DB"}),
 }
 
 
-class Answer(NamedTuple):
+class CommandReply(NamedTuple):
     """Status and lines of a reply. quick: True if it does not wait for the reply tick."""
 
     status: str
@@ -37,37 +37,37 @@ class Answer(NamedTuple):
     quick: bool = False
 
 
-class Row(NamedTuple):
+class CommandRow(NamedTuple):
     """One command.
 
     run: run(machine, request) returns the answer, or None
     absent: absent(profile) returns the refusal of a model without the command, "" with it
     """
 
-    run: Callable[[Machine, scip.Request], Answer | None]
+    run: Callable[[Machine, scip.Request], CommandReply | None]
     absent: Callable[[Profile], str] = lambda profile: ""
 
 
-def answer(machine: Machine, asked: scip.Request) -> Answer | None:
+def answer(machine: Machine, asked: scip.Request) -> CommandReply | None:
     """Reply of the sensor; None for no reply, or not yet."""
     if len(asked.echo) > REQUEST_LIMIT:
-        return Answer("0B")
+        return CommandReply("0B")
     if machine.refusal:
-        return Answer(machine.refusal)
+        return CommandReply(machine.refusal)
     row, refusal = COMMANDS.get(asked.code), scip.refusal(asked)
     if row is None:
-        return Answer(asked.status if asked.status != "00" else "0E")
+        return CommandReply(asked.status if asked.status != "00" else "0E")
     status = row.absent(machine.profile)
     if status or refusal != "00":
-        return Answer(status if status == "0E" or refusal == "00" else refusal)
+        return CommandReply(status if status == "0E" or refusal == "00" else refusal)
     if refused := _closed(machine, asked.code):
-        return Answer(refused)
+        return CommandReply(refused)
     return row.run(machine, asked)
 
 
 def _closed(machine: Machine, code: str) -> str:
     refusal, exceptions = CLOSED.get(machine.state, ("", ALWAYS))
-    if machine.state is State.TIMING:
+    if machine.state is SensorState.TIMING:
         exceptions |= machine.profile.quirks.timing_answers
     return "" if code in exceptions else refusal
 
@@ -86,20 +86,20 @@ def _text(profile: Profile, pairs: tuple[tuple[str, str], ...]) -> bytes:
     return lines
 
 
-def _version(machine: Machine, asked: scip.Request) -> Answer:
-    return Answer("00", _text(machine.profile, machine.profile.texts.version))
+def _version(machine: Machine, asked: scip.Request) -> CommandReply:
+    return CommandReply("00", _text(machine.profile, machine.profile.texts.version))
 
 
-def _parameters(machine: Machine, asked: scip.Request) -> Answer:
-    return Answer("00", _text(machine.profile, machine.profile.texts.parameters))
+def _parameters(machine: Machine, asked: scip.Request) -> CommandReply:
+    return CommandReply("00", _text(machine.profile, machine.profile.texts.parameters))
 
 
-def _information(machine: Machine, asked: scip.Request) -> Answer:
+def _information(machine: Machine, asked: scip.Request) -> CommandReply:
     texts, time_ms = machine.profile.texts, machine.counter.ms(machine.now_ns)
     coded = machine.profile.quirks.time_in_characters
     time = scip.encode_value(time_ms, 4).decode() if coded else f"{time_ms:06X}"
     state = machine.mode_before if machine.now_ns < machine.mode_ns else machine.state
-    return Answer(
+    return CommandReply(
         "00",
         _text(
             machine.profile,
@@ -110,175 +110,175 @@ def _information(machine: Machine, asked: scip.Request) -> Answer:
                 ("MESM", texts.mode(state.value)),
                 ("SBPS", texts.link),
                 ("TIME", time),
-                ("STAT", texts.trouble if machine.state is State.FAULT else texts.well),
+                ("STAT", texts.trouble if machine.state is SensorState.FAULT else texts.well),
             ),
         ),
     )
 
 
-def _state(machine: Machine, asked: scip.Request) -> Answer:
-    return Answer("00", scip.state_line(machine.report))
+def _state(machine: Machine, asked: scip.Request) -> CommandReply:
+    return CommandReply("00", scip.state_line(machine.report))
 
 
 # -- states ----------------------------------------------------------------------------------------------------
 
 
-def _light(machine: Machine, asked: scip.Request) -> Answer:
-    if machine.state is State.FAULT or machine.unstable:
-        return Answer("01")
+def _light(machine: Machine, asked: scip.Request) -> CommandReply:
+    if machine.state is SensorState.FAULT or machine.unstable:
+        return CommandReply("01")
     if machine.laser_on:
-        return Answer("02")
-    machine.light(State.SINGLE)
-    return Answer("00")
+        return CommandReply("02")
+    machine.light(SensorState.SINGLE)
+    return CommandReply("00")
 
 
-def _quiet(machine: Machine, asked: scip.Request) -> Answer | None:
+def _quiet(machine: Machine, asked: scip.Request) -> CommandReply | None:
     machine.quits += 1
     if machine.profile.quirks.deaf_quit and machine.stream is not None and machine.quits == 1:
         return None
     machine.mode_ns, machine.mode_before = machine.now_ns + machine.profile.quirks.late_idle_ns, machine.state
     machine.stop()
-    if machine.state is State.SLEEP:
+    if machine.state is SensorState.SLEEP:
         machine.wake()
-    return Answer("00")
+    return CommandReply("00")
 
 
-def _reset(machine: Machine, asked: scip.Request) -> Answer:
+def _reset(machine: Machine, asked: scip.Request) -> CommandReply:
     machine.stop()
-    if machine.state is State.SLEEP:
+    if machine.state is SensorState.SLEEP:
         machine.wake()
     machine.counter.reset(machine.now_ns)
     machine.sensitive = False
     if asked.code == "RS":
         machine.to_default_speed()
-    return Answer("00")
+    return CommandReply("00")
 
 
-def _reboot(machine: Machine, asked: scip.Request) -> Answer:
+def _reboot(machine: Machine, asked: scip.Request) -> CommandReply:
     first_ns, machine.reboot_asked_ns = machine.reboot_asked_ns, machine.now_ns
     if machine.now_ns - first_ns > RB_WITHIN_NS:
-        return Answer("01")
+        return CommandReply("01")
     machine.power_on_soon()
-    return Answer("00")
+    return CommandReply("00")
 
 
-def _sleep(machine: Machine, asked: scip.Request) -> Answer:
+def _sleep(machine: Machine, asked: scip.Request) -> CommandReply:
     machine.stop()
-    machine.state = State.SLEEP
-    return Answer("00")
+    machine.state = SensorState.SLEEP
+    return CommandReply("00")
 
 
-def _time(machine: Machine, asked: scip.Request) -> Answer:
-    quirks, timing = machine.profile.quirks, machine.state is State.TIMING
+def _time(machine: Machine, asked: scip.Request) -> CommandReply:
+    quirks, timing = machine.profile.quirks, machine.state is SensorState.TIMING
     match asked.parameters:
         case "0":
             machine.stop()
-            machine.state = State.TIMING
-            return Answer("02" if timing and not quirks.time_twice else "00")
+            machine.state = SensorState.TIMING
+            return CommandReply("02" if timing and not quirks.time_twice else "00")
         case "1":
             if not timing and not quirks.time_anywhere:
-                return Answer("04", quick=True)
+                return CommandReply("04", quick=True)
             middle_ns = machine.now_ns + machine.profile.time_reply_ns / 2
-            return Answer("00", scip.stamp_line(machine.counter.ms(middle_ns)), quick=True)
+            return CommandReply("00", scip.stamp_line(machine.counter.ms(middle_ns)), quick=True)
         case "2":
-            machine.state = State.STANDBY if timing else machine.state
-            return Answer("00" if timing else "03")
-    return Answer("01")
+            machine.state = SensorState.STANDBY if timing else machine.state
+            return CommandReply("00" if timing else "03")
+    return CommandReply("01")
 
 
 # -- settings --------------------------------------------------------------------------------------------------
 
 
-def _baud(machine: Machine, asked: scip.Request) -> Answer:
+def _baud(machine: Machine, asked: scip.Request) -> CommandReply:
     if not asked.parameters.isdecimal():
-        return Answer("01")
+        return CommandReply("01")
     if asked.parameters not in BAUDS:
-        return Answer("02")
+        return CommandReply("02")
     was, machine.baud = machine.baud, asked.parameters
-    return Answer("03" if was == asked.parameters else "00")
+    return CommandReply("03" if was == asked.parameters else "00")
 
 
-def _speed(machine: Machine, asked: scip.Request) -> Answer:
+def _speed(machine: Machine, asked: scip.Request) -> CommandReply:
     if not asked.parameters.isdecimal():
-        return Answer("01")
+        return CommandReply("01")
     step = int(asked.parameters)
     if step > 10 and step != 99:
-        return Answer("02")
+        return CommandReply("02")
     was, machine.speed_step = machine.speed_step, step % 99
     if was == machine.speed_step and step != 99:
-        return Answer("03")
+        return CommandReply("03")
     machine.turns.slow_down(machine.speed_step, machine.now_ns)
-    return Answer("00")
+    return CommandReply("00")
 
 
-def _sensitivity(machine: Machine, asked: scip.Request) -> Answer:
+def _sensitivity(machine: Machine, asked: scip.Request) -> CommandReply:
     if asked.parameters not in ("0", "1"):
-        return Answer("01")
+        return CommandReply("01")
     was, machine.sensitive = machine.sensitive, asked.parameters == "1"
-    return Answer("02" if was == machine.sensitive else "00")
+    return CommandReply("02" if was == machine.sensitive else "00")
 
 
-def _drill(machine: Machine, asked: scip.Request) -> Answer:
+def _drill(machine: Machine, asked: scip.Request) -> CommandReply:
     code = asked.parameters
     if not code.isdecimal():
-        return Answer("01")
+        return CommandReply("01")
     if code == "10":
         machine.recover()
-        return Answer("00")
+        return CommandReply("00")
     if code not in DRILLS:
-        return Answer("02")
+        return CommandReply("02")
     if machine.drill:
-        return Answer("03")
-    if machine.state is not State.STANDBY:
-        return Answer("05")
+        return CommandReply("03")
+    if machine.state is not SensorState.STANDBY:
+        return CommandReply("05")
     machine.start_drill(code)
     if code == "02":
-        machine.state = State.FAULT
-    return Answer("00")
+        machine.state = SensorState.FAULT
+    return CommandReply("00")
 
 
 # -- scans -----------------------------------------------------------------------------------------------------
 
 
-def _measure(machine: Machine, asked: scip.Request) -> Answer | None:
+def _measure(machine: Machine, asked: scip.Request) -> CommandReply | None:
     made = scip.parse_scan_request(asked, BEAMS - 1)
     if isinstance(made, str):
-        return Answer(made)
+        return CommandReply(made)
     if machine.unstable:
-        return Answer("0M")
+        return CommandReply("0M")
     if not made.streams:
         if not machine.laser_on:
-            return Answer("10")
+            return CommandReply("10")
         if len(machine.shots) >= SHOTS_LIMIT:
-            return Answer("0B")
+            return CommandReply("0B")
         machine.shots.append(Task(made, asked.echo, machine.laser_ns, 0, 0))
         return None
-    machine.light(State.MULTI)
+    machine.light(SensorState.MULTI)
     machine.quits = 0
     machine.stream = Task(made, asked.echo, machine.now_ns, made.scans, made.skip)
-    return Answer("00")
+    return CommandReply("00")
 
 
 def _one_echo(profile: Profile) -> str:
     return "" if profile.echoes > 1 else "0E"
 
 
-COMMANDS: Mapping[str, Row] = {
-    "VV": Row(_version),
-    "PP": Row(_parameters),
-    "II": Row(_information),
-    "%ST": Row(_state, lambda profile: "" if profile.quirks.state_command else "0E"),
-    "BM": Row(_light),
-    "QT": Row(_quiet),
-    "RS": Row(_reset),
-    "RT": Row(_reset),
-    "RB": Row(_reboot),
-    "%SL": Row(_sleep),
-    "TM": Row(_time),
-    "SS": Row(_baud, lambda profile: {"network": "0F", "fixed": "04"}.get(profile.baud, "")),
-    "CR": Row(_speed, lambda profile: "" if profile.speeds else "04"),
-    "HS": Row(_sensitivity, lambda profile: "" if profile.sensitivities else "03"),
-    "DB": Row(_drill, lambda profile: "" if profile.drills else "04"),
-    **{code: Row(_measure) for code in ("MD", "MS", "ME", "GD", "GS", "GE")},
-    **{code: Row(_measure, _one_echo) for code in ("ND", "NE", "HD", "HE")},
+COMMANDS: Mapping[str, CommandRow] = {
+    "VV": CommandRow(_version),
+    "PP": CommandRow(_parameters),
+    "II": CommandRow(_information),
+    "%ST": CommandRow(_state, lambda profile: "" if profile.quirks.state_command else "0E"),
+    "BM": CommandRow(_light),
+    "QT": CommandRow(_quiet),
+    "RS": CommandRow(_reset),
+    "RT": CommandRow(_reset),
+    "RB": CommandRow(_reboot),
+    "%SL": CommandRow(_sleep),
+    "TM": CommandRow(_time),
+    "SS": CommandRow(_baud, lambda profile: {"network": "0F", "fixed": "04"}.get(profile.baud, "")),
+    "CR": CommandRow(_speed, lambda profile: "" if profile.speeds else "04"),
+    "HS": CommandRow(_sensitivity, lambda profile: "" if profile.sensitivities else "03"),
+    "DB": CommandRow(_drill, lambda profile: "" if profile.drills else "04"),
+    **{code: CommandRow(_measure) for code in ("MD", "MS", "ME", "GD", "GS", "GE")},
+    **{code: CommandRow(_measure, _one_echo) for code in ("ND", "NE", "HD", "HE")},
 }

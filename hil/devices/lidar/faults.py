@@ -20,7 +20,7 @@ import numpy as np
 
 from hil.devices.lidar.optics import Optics
 from hil.devices.lidar.profile import Profile
-from hil.devices.lidar.states import DRILLS, Machine, State
+from hil.devices.lidar.states import DRILLS, Machine, SensorState
 from hil.own_functions import generator
 from onboard.config import ConfigError, from_tree
 from onboard.toml_text import TomlError, read_toml
@@ -47,7 +47,7 @@ Act = Callable[[Sensor, str], None]
 
 
 @dataclass(frozen=True, slots=True)
-class Kind:
+class FaultKind:
     """One kind of fault.
 
     means: meaning of VALUE
@@ -64,7 +64,7 @@ class Kind:
 
 
 @dataclass(frozen=True, slots=True)
-class Fault:
+class ScheduledFault:
     """One row of a schedule.
 
     kind: row of KINDS
@@ -86,16 +86,16 @@ class Fault:
             raise ConfigError(f"fault {self.kind}={self.value} should be {' or '.join(sorted(words)) or 'a number'}")
 
 
-def parse_fault(text: str) -> Fault:
+def parse_fault(text: str) -> ScheduledFault:
     """Parse `flip=0.001@10+5`: from second 10 on, for 5 s. Raises ConfigError."""
     found = re.fullmatch(r"(\w+)(?:=([^@]+))?@(\d*\.?\d+)(?:\+(\d*\.?\d+))?", text)
     if not found:
         raise ConfigError(f"--fault {text!r} should look like KIND@BEGIN or flip=0.001@10+5 (KIND=VALUE@BEGIN+SECONDS)")
     kind, value, at_s, for_s = found.groups()
-    return Fault(kind, float(at_s), float(for_s or 1e9), value or "")
+    return ScheduledFault(kind, float(at_s), float(for_s or 1e9), value or "")
 
 
-def load_faults(path: Path) -> tuple[Fault, ...]:
+def load_faults(path: Path) -> tuple[ScheduledFault, ...]:
     """Read the rows `[[fault]]` (kind, at_s, for_s, value) of a TOML file. Raises FileNotFoundError, ConfigError."""
     try:
         tree = read_toml(path)
@@ -104,7 +104,7 @@ def load_faults(path: Path) -> tuple[Fault, ...]:
     if set(tree) - {"fault"} or not isinstance(tree.get("fault", []), list):
         raise ConfigError(f"{path}: should hold tables [[fault]], found {', '.join(tree)}")
     rows = [{k: str(v) if k == "value" else v for k, v in row.items()} for row in tree.get("fault", [])]
-    return tuple(from_tree(Fault, row, str(path), "fault.") for row in rows)
+    return tuple(from_tree(ScheduledFault, row, str(path), "fault.") for row in rows)
 
 
 # -- what a beginning and an end do ----------------------------------------------------------------------------
@@ -143,7 +143,7 @@ def _plug(sensor: Sensor, value: str) -> None:
 
 
 def _fail(sensor: Sensor, value: str) -> None:
-    sensor.machine.state = State.FAULT
+    sensor.machine.state = SensorState.FAULT
 
 
 def _recover(sensor: Sensor, value: str) -> None:
@@ -178,27 +178,29 @@ def _jump(sensor: Sensor, value: str) -> None:
     sensor.jump_clock(float(value))
 
 
-KINDS: Mapping[str, Kind] = {
-    "flip": Kind("share of the bytes that leave with one bit changed", "0.0002"),
-    "lose": Kind("share of the bytes that are lost", "0.0002"),
-    "double": Kind("share of the bytes that come twice", "0.0002"),
-    "garbage": Kind("random bytes before each reply and burst", "40"),
-    "split": Kind("most bytes in one piece", "1"),
-    "merge": Kind("ms between deliveries; what leaves in between arrives together", "100"),
-    "slow": Kind("ms later than usual", "200", _slow, _go_on),
-    "stall": Kind("no byte leaves", "1", _stall, _go_on),
-    "cable": Kind("the link is gone: end of file, then refused", "1", _unplug, _plug),
-    "stamp": Kind("share of the scans that repeat the stamp before them", "1"),
-    "echo": Kind("share of the scans with another request's echo", "1"),
-    "semicolon": Kind("share of the scans whose block sums are all `;` (legal: low digits change to fit)", "1"),
-    "dust": Kind("share of the beams that return nothing", "0.5", *_put("dropout_ratio")),
-    "clash": Kind("share of the beams that meet another sensor's light (code 3)", "0.2", *_put("clash_ratio")),
-    "fail": Kind("the sensor fails: stream ended with status 50, then 0L, STAT says so", "1", _fail, _recover),
-    "unstable": Kind("the motor is unstable: status 0M", "1", _shake, _steady),
-    "refuse": Kind("status of the answer to everything", "0A", _refuse, _allow, frozenset(("0A", "0B", "0I", "0M"))),
-    "drill": Kind("the vendor's fault simulation, as by DB", "03", _drill, _recover, frozenset(DRILLS)),
-    "reboot": Kind("power off and on", "1", _reboot),
-    "jump": Kind("ms that the counter jumps ahead", "5000", _jump),
+KINDS: Mapping[str, FaultKind] = {
+    "flip": FaultKind("share of the bytes that leave with one bit changed", "0.0002"),
+    "lose": FaultKind("share of the bytes that are lost", "0.0002"),
+    "double": FaultKind("share of the bytes that come twice", "0.0002"),
+    "garbage": FaultKind("random bytes before each reply and burst", "40"),
+    "split": FaultKind("most bytes in one piece", "1"),
+    "merge": FaultKind("ms between deliveries; what leaves in between arrives together", "100"),
+    "slow": FaultKind("ms later than usual", "200", _slow, _go_on),
+    "stall": FaultKind("no byte leaves", "1", _stall, _go_on),
+    "cable": FaultKind("the link is gone: end of file, then refused", "1", _unplug, _plug),
+    "stamp": FaultKind("share of the scans that repeat the stamp before them", "1"),
+    "echo": FaultKind("share of the scans with another request's echo", "1"),
+    "semicolon": FaultKind("share of the scans whose block sums are all `;` (legal: low digits change to fit)", "1"),
+    "dust": FaultKind("share of the beams that return nothing", "0.5", *_put("dropout_ratio")),
+    "clash": FaultKind("share of the beams that meet another sensor's light (code 3)", "0.2", *_put("clash_ratio")),
+    "fail": FaultKind("the sensor fails: stream ended with status 50, then 0L, STAT says so", "1", _fail, _recover),
+    "unstable": FaultKind("the motor is unstable: status 0M", "1", _shake, _steady),
+    "refuse": FaultKind(
+        "status of the answer to everything", "0A", _refuse, _allow, frozenset(("0A", "0B", "0I", "0M"))
+    ),
+    "drill": FaultKind("the vendor's fault simulation, as by DB", "03", _drill, _recover, frozenset(DRILLS)),
+    "reboot": FaultKind("power off and on", "1", _reboot),
+    "jump": FaultKind("ms that the counter jumps ahead", "5000", _jump),
 }
 
 
@@ -208,7 +210,7 @@ class Faults:
     active: kind -> value of the running faults
     """
 
-    def __init__(self, seed: int, schedule: tuple[Fault, ...] = ()) -> None:
+    def __init__(self, seed: int, schedule: tuple[ScheduledFault, ...] = ()) -> None:
         self.active: dict[str, str] = {}
         self._rng = generator((seed, 1))  # own generator: a fault changes only what it damages
         self._waiting = sorted(schedule, key=lambda fault: fault.at_s)

@@ -18,11 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil.devices.lidar.commands import REQUEST_LIMIT, answer
-from hil.devices.lidar.faults import Fault, Faults
+from hil.devices.lidar.faults import Faults, ScheduledFault
 from hil.devices.lidar.light import LIGHT_STREAM, Surface
 from hil.devices.lidar.optics import Optics
 from hil.devices.lidar.profile import IDEAL, Profile
-from hil.devices.lidar.states import Machine, State, Task
+from hil.devices.lidar.states import Machine, SensorState, Task
 from hil.devices.lidar.turns import BEAMS, STEPS_A_TURN, Turns
 from hil.own_functions import generator
 from protocol import scip
@@ -69,7 +69,7 @@ class Lidar:
         seed: int,
         cast: Cast,
         profile: Profile = IDEAL,
-        schedule: tuple[Fault, ...] = (),
+        schedule: tuple[ScheduledFault, ...] = (),
         look: Look = lambda: None,
     ) -> None:
         self.profile = profile
@@ -270,7 +270,7 @@ class Lidar:
             task.left -= 1
         left = max(0, task.left) if asked.scans else 0
         if status >= "50" and status < "98":
-            machine.stream, machine.state = None, State.FAULT
+            machine.stream, machine.state = None, SensorState.FAULT
         elif asked.scans and left == 0:
             machine.stop()
         if not status or (self.profile.usb and not self.connected):

@@ -19,7 +19,7 @@ from hil.devices.lidar.turns import Counter, Turns
 from protocol import scip
 
 
-class State(Enum):
+class SensorState(Enum):
     """State of the sensor. The value is the reply to %ST; its first digit becomes 1 while the sensor is unstable."""
 
     STANDBY = "000"
@@ -62,7 +62,7 @@ class Machine:
     def __init__(self, profile: Profile, turns: Turns) -> None:
         self.profile, self.turns, self.counter = profile, turns, Counter(profile)
         self.now_ns = 0
-        self.state = State.STANDBY
+        self.state = SensorState.STANDBY
         self.unstable = False
         self.refusal = ""  # status of the reply to every command, as in a firmware update
         self.stream: Task | None = None
@@ -71,7 +71,7 @@ class Machine:
         self.boots = 0
         self.drill = ""
         self.quits = 0  # QT received during this stream
-        self.mode_ns, self.mode_before = 0, State.STANDBY  # state that II reports until then
+        self.mode_ns, self.mode_before = 0, SensorState.STANDBY  # state that II reports until then
         self.speed_step, self.sensitive, self.baud = 0, False, "115200"
         self.reboot_asked_ns, self._reboot_at_ns = -(1 << 62), -1
         self._dark_until_ns = self._ready_ns = 0
@@ -80,7 +80,7 @@ class Machine:
     @property
     def laser_on(self) -> bool:
         """True while the sensor measures."""
-        return self.state in (State.SINGLE, State.MULTI)
+        return self.state in (SensorState.SINGLE, SensorState.MULTI)
 
     @property
     def reachable(self) -> bool:
@@ -90,7 +90,10 @@ class Machine:
     @property
     def report(self) -> str:
         """Reply to %ST."""
-        steady = self.state in (State.BOOTING, State.SLEEP, State.WAKING, State.FAULT) or not self.unstable
+        steady = (
+            self.state in (SensorState.BOOTING, SensorState.SLEEP, SensorState.WAKING, SensorState.FAULT)
+            or not self.unstable
+        )
         return self.state.value if steady else "1" + self.state.value[1:]
 
     def due_ns(self) -> int | None:
@@ -103,10 +106,10 @@ class Machine:
         self.now_ns = max(self.now_ns, now_ns)
         if 0 <= self._reboot_at_ns <= self.now_ns:
             self.power_on()
-        if self.state in (State.BOOTING, State.WAKING) and self.now_ns >= self._ready_ns:
-            self.state = State.STANDBY
+        if self.state in (SensorState.BOOTING, SensorState.WAKING) and self.now_ns >= self._ready_ns:
+            self.state = SensorState.STANDBY
 
-    def light(self, state: State) -> None:
+    def light(self, state: SensorState) -> None:
         """Switch the laser on: to SINGLE or MULTI."""
         if not self.laser_on:
             self.laser_ns = self.now_ns
@@ -115,8 +118,8 @@ class Machine:
     def stop(self) -> None:
         """Switch stream and laser off; BOOTING, FAULT and SLEEP stay."""
         self.stream, self.shots, self.quits = None, [], 0
-        if self.state in (State.SINGLE, State.MULTI, State.TIMING):
-            self.state = State.STANDBY
+        if self.state in (SensorState.SINGLE, SensorState.MULTI, SensorState.TIMING):
+            self.state = SensorState.STANDBY
 
     def power_on(self) -> None:
         """Power off and on: the timer at zero, everything else at its default."""
@@ -128,7 +131,7 @@ class Machine:
         self.reboot_asked_ns, self._reboot_at_ns = -(1 << 62), -1
         self._dark_until_ns = self.now_ns + self.profile.dark_ns
         self._ready_ns = self._dark_until_ns + self.profile.denied_ns
-        self.state = State.BOOTING if self._ready_ns > self.now_ns else State.STANDBY
+        self.state = SensorState.BOOTING if self._ready_ns > self.now_ns else SensorState.STANDBY
 
     def power_on_soon(self) -> None:
         """Reboot after reboot_ns, as after the second RB."""
@@ -144,13 +147,13 @@ class Machine:
     def wake(self) -> None:
         """Wake up, as QT in sleep does."""
         self._ready_ns = self.now_ns + self.profile.wake_ns
-        self.state = State.WAKING if self.profile.wake_ns else State.STANDBY
+        self.state = SensorState.WAKING if self.profile.wake_ns else SensorState.STANDBY
 
     def recover(self) -> None:
         """Leave FAULT."""
         self.drill = ""
-        if self.state is State.FAULT:
-            self.state = State.STANDBY
+        if self.state is SensorState.FAULT:
+            self.state = SensorState.STANDBY
 
     def start_drill(self, code: str) -> None:
         """Start a fault drill, DB01 to DB05."""
@@ -158,7 +161,7 @@ class Machine:
 
     def scan_status(self) -> str:
         """Status of the stream's next scan: "99", another for a scan without data, "" to send nothing."""
-        if self.state is State.FAULT:
+        if self.state is SensorState.FAULT:
             return "50"
         rows = DRILLS.get(self.drill, ())
         self._drill_turns += 1

@@ -27,7 +27,7 @@ from onboard.command_line import (
 )
 
 if TYPE_CHECKING:
-    from onboard.bringup.calibrate.drive import Drive
+    from onboard.bringup.calibrate.drive import CalibrationDrive
     from onboard.config import Config
 
 THOUGHT_TICKS, HUSH_TICKS = 20, 50
@@ -95,7 +95,7 @@ def calibrate(
         _write(out, report.toml(found, lag, str(source or record)))
 
 
-def _again(source: Path) -> Drive:
+def _again(source: Path) -> CalibrationDrive:
     from onboard.bringup.calibrate.shell import again
     from onboard.record.reader import DamagedRecordError
 
@@ -109,8 +109,8 @@ def _again(source: Path) -> Drive:
         raise fail(EX_DATAERR, f"{source}: {error}") from None
 
 
-def _driven(config: Config, uri: str | None, side_m: float, yes: bool, record: Path) -> Drive:
-    from onboard.bringup.calibrate.drive import Drive
+def _driven(config: Config, uri: str | None, side_m: float, yes: bool, record: Path) -> CalibrationDrive:
+    from onboard.bringup.calibrate.drive import CalibrationDrive
 
     config = replace(
         config, can=replace(config.can, uri=uri or config.can.uri), record=replace(config.record, path=str(record))
@@ -118,7 +118,7 @@ def _driven(config: Config, uri: str | None, side_m: float, yes: bool, record: P
     if record.exists():
         raise fail(EX_CANTCREAT, f"{record} is there already: name another by --record")
     try:
-        drive = Drive(config, side_m)
+        drive = CalibrationDrive(config, side_m)
     except ValueError as error:
         raise fail(EX_USAGE, f"--side: {error}") from None
     try:
@@ -133,7 +133,7 @@ def _driven(config: Config, uri: str | None, side_m: float, yes: bool, record: P
     return drive
 
 
-def _drive(drive: Drive, config: Config, side_m: float, yes: bool) -> None:
+def _drive(drive: CalibrationDrive, config: Config, side_m: float, yes: bool) -> None:
     """Run the drive from listening to wheels off."""
     from onboard.bringup.calibrate.plan import room_m
     from onboard.bringup.calibrate.ports import ports
@@ -161,10 +161,10 @@ def _drive(drive: Drive, config: Config, side_m: float, yes: bool) -> None:
         shell.linger(drive, HUSH_TICKS)
 
 
-def _teller() -> Callable[[Drive], None]:
+def _teller() -> Callable[[CalibrationDrive], None]:
     told = [-1]
 
-    def tell(drive: Drive) -> None:
+    def tell(drive: CalibrationDrive) -> None:
         if drive.complete or drive.at == told[0]:
             return
         told[0] = drive.at

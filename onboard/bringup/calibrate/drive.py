@@ -23,13 +23,13 @@ from onboard.bringup.can.jog import LISTEN_NS, OFF_NS, REST_LIMIT_NS, REST_RADPS
 from onboard.bringup.can.permit import Permit
 from onboard.bringup.lidar.lag_sweeps import CLOCK_NS, begun
 from onboard.config import Config, Rover
-from onboard.core.faults.wheels.seen import Seen
+from onboard.core.faults.wheels.seen import WheelInputs
 from onboard.core.faults.wheels.watch import WheelWatch
 from onboard.core.mission.sweep import Sensing
 from onboard.devices.lidar.session import LidarSession
 from onboard.devices.nodes import NODES, Nodes
 from onboard.motion.odometry import Odometry
-from onboard.motion.odometry import Step as Moved
+from onboard.motion.odometry import OdometryStep as Moved
 from onboard.perception.sweep import segments
 from onboard.records import Event, ImuSample, Inputs, Outputs, Scan, WheelCommand, WheelMode
 from protocol.conventions import TICK_NS
@@ -44,7 +44,7 @@ DRIVEN, WITH_LAG = "CALIBRATE", "lag"  # the event that stores the side of the s
 IMU_SILENT_NS = 100_000_000
 
 
-class Drive:
+class CalibrationDrive:
     """State machine of the drive, run by `tick`.
 
     problem: one line with the reason of a refusal or an early end.
@@ -167,7 +167,9 @@ class Drive:
         currents_a = self._currents_a(now_ns)
         if self._imu:
             self._logger.tick(self.at, now_ns, moved.standing, self.nodes.wheels, self._imu, self.nodes.wheel_status)
-        self._watch.update(Seen(now_ns, self._orders, self.nodes.wheels, currents_a, self._imu, moved, turn_radps, 0.0))
+        self._watch.update(
+            WheelInputs(now_ns, self._orders, self.nodes.wheels, currents_a, self._imu, moved, turn_radps, 0.0)
+        )
         self._end(next(chain(self._permit.forbidden(), self._against(now_ns)), ""), now_ns)
         if self.stopped or self.problem:
             self._halt(now_ns)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from onboard.bringup.calibrate.plan import Step
+from onboard.bringup.calibrate.plan import DriveStep
 from onboard.config import Config
 from onboard.core.mission.sweep import Sweep
 from onboard.devices.nodes import WheelStatus
@@ -38,7 +38,7 @@ class Log:
     lag: a Lag, or the reason why there is none.
     """
 
-    steps: tuple[Step, ...]
+    steps: tuple[DriveStep, ...]
     step: NDArray[np.int64]
     time_s: F64
     standing: NDArray[np.bool_]
@@ -54,7 +54,7 @@ class Log:
 class Logger:
     """Collector of the readings of a drive."""
 
-    def __init__(self, steps: Sequence[Step], config: Config) -> None:
+    def __init__(self, steps: Sequence[DriveStep], config: Config) -> None:
         self._steps, self._config = tuple(steps), config
         self._rows: list[tuple[float, ...]] = []
         self._sweeps: dict[int, Sweep] = {}

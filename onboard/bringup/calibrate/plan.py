@@ -26,7 +26,7 @@ SCAN_S, STEER_S, NOD_S = 15.0, 6.0, 5.0  # approximate, for people; of a nod in 
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class DriveStep:
     """One step of the drive.
 
     name: for people.
@@ -63,30 +63,32 @@ class Step:
         return SCAN_S if self.scans else self.amount / self.speed + STEER_S
 
 
-def square(side_m: float) -> tuple[Step, ...]:
+def square(side_m: float) -> tuple[DriveStep, ...]:
     """The whole drive. Raises ValueError for a side that is too short to observe anything or too long to supervise."""
     if not LEAST_SIDE_M <= side_m <= MOST_SIDE_M:
         raise ValueError(f"a side of {side_m:g} m should be within {LEAST_SIDE_M:g} and {MOST_SIDE_M:g} m")
     return tuple(_steps(side_m))
 
 
-def _steps(side_m: float) -> Iterator[Step]:
-    scan = Step("scan")
+def _steps(side_m: float) -> Iterator[DriveStep]:
+    scan = DriveStep("scan")
     yield scan
     for _ in range(4):
-        yield Step("forward", Twist(SPEED_MPS), side_m)
+        yield DriveStep("forward", Twist(SPEED_MPS), side_m)
         yield scan
-        yield Step("turn left", Twist(yaw_radps=TURN_RADPS), math.pi / 2)
+        yield DriveStep("turn left", Twist(yaw_radps=TURN_RADPS), math.pi / 2)
         yield scan
-    yield Step("crab left", Twist(vy_mps=SPEED_MPS), side_m)
+    yield DriveStep("crab left", Twist(vy_mps=SPEED_MPS), side_m)
     yield scan
-    yield Step("crab right", Twist(vy_mps=-SPEED_MPS), side_m)
+    yield DriveStep("crab right", Twist(vy_mps=-SPEED_MPS), side_m)
     yield scan
 
 
-def lag_steps(config: Config) -> tuple[Step, ...]:
+def lag_steps(config: Config) -> tuple[DriveStep, ...]:
     """The sweeps before the square. Raises ValueError if the axis has too little travel."""
-    return tuple(Step("sweep down" if nod.rate_radps > 0 else "sweep up", nod=nod) for nod in nods(config.scanning))
+    return tuple(
+        DriveStep("sweep down" if nod.rate_radps > 0 else "sweep up", nod=nod) for nod in nods(config.scanning)
+    )
 
 
 def room_m(side_m: float) -> float:

@@ -6,7 +6,7 @@ import signal
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 
-from onboard.bringup.calibrate.shell import Shell
+from onboard.bringup.calibrate.shell import CalibrationShell
 from onboard.command_line import EX_CANTCREAT, EX_CONFIG, EX_IOERR, EX_UNAVAILABLE, fail
 from onboard.config import Config, ConfigError
 from onboard.drivers.can.bus import CanPort
@@ -16,7 +16,7 @@ from onboard.record.writer import Recorder
 
 
 @contextmanager
-def ports(config: Config) -> Iterator[Shell]:
+def ports(config: Config) -> Iterator[CalibrationShell]:
     """Bus, scanner and record, open while the `with` lasts. An error of one becomes one line and an exit code."""
     from onboard.drivers.platform.clock import WallClock  # imported at each call: tests replace it by their own clock
 
@@ -39,6 +39,6 @@ def ports(config: Config) -> Iterator[Shell]:
         if problem := unwritten(recorder):
             raise fail(EX_CANTCREAT, f"{config.record.path} cannot be written: {problem}")
         clock.start()
-        yield Shell(can, lidar, clock, recorder)
+        yield CalibrationShell(can, lidar, clock, recorder)
     if problem := unwritten(recorder):  # known only after it is closed
         raise fail(EX_IOERR, f"{config.record.path} is not whole: {problem}; the wheels are off")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from onboard.bringup.calibrate.plan import Step
+from onboard.bringup.calibrate.plan import DriveStep
 from onboard.config import Config
 from onboard.motion import odometry
 from onboard.motion.kinematics import stopped, wheel_commands
@@ -20,7 +20,7 @@ TICK_S = TICK_NS * 1e-9
 class Roll:
     """Motion run by `tick` until `done`. A distance is measured by the wheels, a turn by the gyro."""
 
-    def __init__(self, step: Step, config: Config, orders: Sequence[WheelCommand]) -> None:
+    def __init__(self, step: DriveStep, config: Config, orders: Sequence[WheelCommand]) -> None:
         self.orders: tuple[WheelCommand, ...] = tuple(orders)
         self.done = False
         self._step, self._config = step, config
@@ -35,7 +35,7 @@ class Roll:
         """Share of the amount."""
         return min(1.0, self._gone / self._step.amount)
 
-    def tick(self, wheels: Sequence[WheelState | None], motion: odometry.Step, turn_radps: float) -> None:
+    def tick(self, wheels: Sequence[WheelState | None], motion: odometry.OdometryStep, turn_radps: float) -> None:
         """Compute new orders from the motion of the wheels and the rover's yaw rate."""
         self._gone += abs(turn_radps) * TICK_S if self._step.turns else math.hypot(motion.dx_m, motion.dy_m)
         self._arrived = self._arrived or self._gone >= self._step.amount - self._brake

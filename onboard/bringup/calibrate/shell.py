@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol, TypeVar
 
-from onboard.bringup.calibrate.drive import DRIVEN, WITH_LAG, Drive
+from onboard.bringup.calibrate.drive import DRIVEN, WITH_LAG, CalibrationDrive
 from onboard.bringup.can.jog import Phase
 from onboard.bringup.lidar.again import config_of, rows_of
 from onboard.drivers.can.bus import CanPort
@@ -32,7 +32,7 @@ class Machine(Protocol):
 M = TypeVar("M", bound=Machine)
 
 
-class Shell:
+class CalibrationShell:
     """The rover's two ports while the `with` of their owner lasts."""
 
     def __init__(self, can: CanPort, lidar: LidarPort, clock: WallClock, recorder: Recorder) -> None:
@@ -74,7 +74,7 @@ class Shell:
         self.lidar.write(outputs.lidar_bytes)
 
 
-def again(path: Path) -> Drive:
+def again(path: Path) -> CalibrationDrive:
     """The drive of a record: the same machine on the same inputs.
 
     Nothing was sent before `go`, so the first sent frame gives the time of `go`. Raises DamagedRecordError,
@@ -86,7 +86,7 @@ def again(path: Path) -> Drive:
     if not told or told[0]["name"] != DRIVEN:
         raise DamagedRecordError("`onboard calibrate` did not make it")
     side_m, _, words = told[0]["text"].partition(" ")
-    drive = Drive(config_of(path), float(side_m), WITH_LAG in words)
+    drive = CalibrationDrive(config_of(path), float(side_m), WITH_LAG in words)
     drive.tick(inputs)
     for _, inputs, recorded in rows:
         if drive.phase is Phase.READY and "/out/can" in recorded:

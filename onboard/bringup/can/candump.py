@@ -24,7 +24,7 @@ _SPACED = re.compile(
 )
 
 
-class Heard(NamedTuple):
+class ReceivedFrame(NamedTuple):
     """One frame received from a bus or a log.
 
     stamp_ns: time of reception, None if the log has no times.
@@ -39,7 +39,7 @@ class Heard(NamedTuple):
     kind: str = "data"
 
 
-def parse(line: str) -> Heard | None:
+def parse(line: str) -> ReceivedFrame | None:
     """The frame of a line; None for an empty line. Raises ValueError for a line that candump does not write."""
     text = line.strip()
     if not text:
@@ -51,27 +51,27 @@ def parse(line: str) -> Heard | None:
     raise ValueError("no line of candump")
 
 
-def _compact(found: re.Match[str]) -> Heard:
+def _compact(found: re.Match[str]) -> ReceivedFrame:
     stamp_ns, can_id, text = _stamp_ns(found), int(found["id"], 16), found["data"]
     if text.startswith("#"):
-        return Heard(stamp_ns, can_id, _bytes(text[2:]), "CAN FD frame")
+        return ReceivedFrame(stamp_ns, can_id, _bytes(text[2:]), "CAN FD frame")
     if text.startswith("R"):
-        return Heard(stamp_ns, can_id, b"", "remote frame")
-    return Heard(stamp_ns, can_id, _short(_bytes(text.replace(".", ""))), _kind(found["id"]))
+        return ReceivedFrame(stamp_ns, can_id, b"", "remote frame")
+    return ReceivedFrame(stamp_ns, can_id, _short(_bytes(text.replace(".", ""))), _kind(found["id"]))
 
 
-def _spaced(found: re.Match[str]) -> Heard:
+def _spaced(found: re.Match[str]) -> ReceivedFrame:
     stamp_ns, can_id, text = _stamp_ns(found), int(found["id"], 16), found["data"]
     if text.startswith("remote"):
-        return Heard(stamp_ns, can_id, b"", "remote frame")
+        return ReceivedFrame(stamp_ns, can_id, b"", "remote frame")
     data = _bytes(text)
     if len(data) != int(found["length"]):
         raise ValueError(f"{len(data)} bytes where [{found['length']}] is said")
     if len(found["length"]) == 2:
-        return Heard(stamp_ns, can_id, data, "CAN FD frame")
+        return ReceivedFrame(stamp_ns, can_id, data, "CAN FD frame")
     if found["rest"] and not found["rest"].startswith(("'", "ERRORFRAME")):
         raise ValueError(f"{found['rest']!r} after its bytes")
-    return Heard(stamp_ns, can_id, _short(data), _kind(found["id"]))
+    return ReceivedFrame(stamp_ns, can_id, _short(data), _kind(found["id"]))
 
 
 def _bytes(text: str) -> bytes:

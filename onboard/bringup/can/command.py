@@ -26,8 +26,8 @@ from onboard.command_line import (
 from onboard.config import Can
 
 if TYPE_CHECKING:
-    from onboard.bringup.can.candump import Heard
-    from onboard.bringup.can.shell import Shell
+    from onboard.bringup.can.candump import ReceivedFrame
+    from onboard.bringup.can.shell import CanShell
 
 URI_HELP = "socketcan:IF, socketcand:HOST:PORT/BUS or virtual:NAME."
 URI_KINDS = ("socketcan", "socketcand", "virtual")
@@ -88,7 +88,7 @@ def decode_command(
     chosen = chosen_frames(only, nodes)
     decoder = Decoder()
 
-    def show(heard: Iterable[Heard]) -> None:
+    def show(heard: Iterable[ReceivedFrame]) -> None:
         for one in heard:
             seen = decoder.receive(one)
             wanted = seen.can_id in chosen if seen.node else not (only or nodes)
@@ -171,9 +171,9 @@ def chosen_frames(only: tuple[str, ...], nodes: tuple[str, ...]) -> frozenset[in
 
 
 @contextmanager
-def on_bus(uri: str) -> Iterator[Shell]:
+def on_bus(uri: str) -> Iterator[CanShell]:
     """The open bus; Ctrl-C ends its ticks. A bus error becomes one line and an exit code."""
-    from onboard.bringup.can.shell import BusError, Shell
+    from onboard.bringup.can.shell import BusError, CanShell
     from onboard.config import ConfigError
     from onboard.drivers.platform.clock import WallClock
 
@@ -181,7 +181,7 @@ def on_bus(uri: str) -> Iterator[Shell]:
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: setattr(clock, "stopping", True))
     try:
-        with Shell(uri, clock) as shell:
+        with CanShell(uri, clock) as shell:
             yield shell
     except ConfigError as error:
         raise fail(EX_CONFIG, str(error)) from None
@@ -191,17 +191,19 @@ def on_bus(uri: str) -> Iterator[Shell]:
         raise fail(EX_UNAVAILABLE, str(error)) from None
 
 
-def _live(shell: Shell, seconds: float) -> Iterator[Heard]:
-    from onboard.bringup.can.candump import Heard
+def _live(shell: CanShell, seconds: float) -> Iterator[ReceivedFrame]:
+    from onboard.bringup.can.candump import ReceivedFrame
 
     errors = 0
     for now_ns, frames in shell.ticks(seconds):
-        yield from (Heard(frame.stamp_ns, frame.can_id, frame.data) for frame in frames)
-        yield from (Heard(now_ns, 0x20000000, b"", "error frame") for _ in range(shell.bus.error_frames - errors))
+        yield from (ReceivedFrame(frame.stamp_ns, frame.can_id, frame.data) for frame in frames)
+        yield from (
+            ReceivedFrame(now_ns, 0x20000000, b"", "error frame") for _ in range(shell.bus.error_frames - errors)
+        )
         errors = shell.bus.error_frames
 
 
-def _from_file(name: str, show: Callable[[Iterable[Heard]], None]) -> None:
+def _from_file(name: str, show: Callable[[Iterable[ReceivedFrame]], None]) -> None:
     """Show the frames of a file or of standard input; Ctrl-C in a pipe ends the reading, not the summary after it."""
     from onboard.bringup.can.logs import NoLogError, heard_in, heard_of
 

@@ -6,7 +6,7 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from onboard.bringup.can.candump import Heard
+from onboard.bringup.can.candump import ReceivedFrame
 from protocol.can.guard import Counts, Guard
 from protocol.generated.can_frames import FRAMES
 
@@ -14,7 +14,7 @@ Values = dict[str, Any]
 _CHOICES = {can_id: {s.name: s.choices for s in layout.signals if s.choices} for can_id, layout in FRAMES.items()}
 
 
-class Seen(NamedTuple):
+class DecodedFrame(NamedTuple):
     """One decoded frame.
 
     stamp_ns: time of reception, None if unknown.
@@ -45,7 +45,7 @@ class Times:
     last_ns: int = 0
 
 
-class Tally(NamedTuple):
+class SummaryLine(NamedTuple):
     """One line of the summary.
 
     can_id: identifier.
@@ -70,7 +70,7 @@ class Decoder:
         self._times: dict[int, Times] = {}
         self.others: Counter[str] = Counter()
 
-    def receive(self, heard: Heard) -> Seen:
+    def receive(self, heard: ReceivedFrame) -> DecodedFrame:
         """Decode one frame; its signals are present if it is good."""
         stamp_ns, can_id, data, kind = heard
         layout = FRAMES.get(can_id) if kind == "data" else None
@@ -78,18 +78,18 @@ class Decoder:
             problem = "not in the DBC" if kind == "data" else kind
             name = f"{can_id:#05x}" if kind in ("data", "remote frame") else f"{can_id:#010x}"
             self.others[f"{name} {problem}"] += 1
-            return Seen(stamp_ns, can_id, data, name, None, None, (problem,))
+            return DecodedFrame(stamp_ns, can_id, data, name, None, None, (problem,))
         self._note(can_id, stamp_ns or 0)
         before = self._guard.counts(can_id)
         values = self._guard.receive((can_id, data, stamp_ns or 0))
         problems = _raised(before, self._guard.counts(can_id))
         told = None if values is None else values._asdict()
-        return Seen(stamp_ns, can_id, data, layout.name, layout.sender, told, problems)
+        return DecodedFrame(stamp_ns, can_id, data, layout.name, layout.sender, told, problems)
 
-    def tallies(self) -> list[Tally]:
+    def tallies(self) -> list[SummaryLine]:
         """Tally of each received id of the DBC, in the order of the ids."""
         return [
-            Tally(can_id, FRAMES[can_id].name, times.frames, _rate_hz(times), self._guard.counts(can_id))
+            SummaryLine(can_id, FRAMES[can_id].name, times.frames, _rate_hz(times), self._guard.counts(can_id))
             for can_id, times in sorted(self._times.items())
         ]
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from onboard.bringup.can.jog import Jog, Phase
     from onboard.bringup.can.move import Move
     from onboard.bringup.can.release import Release
-    from onboard.bringup.can.shell import Shell
+    from onboard.bringup.can.shell import CanShell
     from onboard.config import Config
 
 TELL_NS = 250_000_000
@@ -149,7 +149,7 @@ def _run(move: Move, config: Config, uri: str, yes: bool, as_json: bool) -> None
         raise fail(EX_INTERRUPTED, "stopped by Ctrl-C; the wheels are off")
 
 
-def _until(machine: Jog | Release, shell: Shell, phase: Phase, tell: Callable[[int], None] = lambda _: None) -> bool:
+def _until(machine: Jog | Release, shell: CanShell, phase: Phase, tell: Callable[[int], None] = lambda _: None) -> bool:
     """Run ticks until the machine is in a phase, or done; return True if it is in that phase."""
     from onboard.bringup.can.jog import Phase
 
@@ -161,7 +161,7 @@ def _until(machine: Jog | Release, shell: Shell, phase: Phase, tell: Callable[[i
     return False
 
 
-def _flush(machine: Jog | Release, shell: Shell) -> None:
+def _flush(machine: Jog | Release, shell: CanShell) -> None:
     """Process the frames received while the operator decided; another computer may be among their senders."""
     while frames := shell.bus.read(shell.clock.now_ns()):
         machine.tick(frames, shell.clock.now_ns())

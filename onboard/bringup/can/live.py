@@ -10,8 +10,8 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
-from onboard.bringup.can.candump import Heard
-from onboard.bringup.can.decode import Decoder, Seen
+from onboard.bringup.can.candump import ReceivedFrame
+from onboard.bringup.can.decode import DecodedFrame, Decoder
 from onboard.bringup.can.show import WIDTH, line_of, row_of, signals_text
 from onboard.records import Frame
 
@@ -27,7 +27,7 @@ class Screen:
         self._moving = self._console.is_terminal and not as_json
         self._live = Live(console=self._console, auto_refresh=False)
         self._decoder = Decoder()
-        self._newest: dict[int, Seen] = {}
+        self._newest: dict[int, DecodedFrame] = {}
         self._counts: dict[int, int] = {}
         self._bad: dict[int, int] = {}
         self._rates: dict[int, float] = {}
@@ -48,7 +48,7 @@ class Screen:
         """Decode the received frames and redraw if due."""
         for frame in frames:
             if frame.can_id in self._chosen:
-                seen = self._decoder.receive(Heard(frame.stamp_ns, frame.can_id, frame.data))
+                seen = self._decoder.receive(ReceivedFrame(frame.stamp_ns, frame.can_id, frame.data))
                 self._counts[frame.can_id] = self._counts.get(frame.can_id, 0) + 1
                 self._bad[frame.can_id] = self._bad.get(frame.can_id, 0) + bool({*seen.problems} - {"late"})
                 if seen.values is not None:

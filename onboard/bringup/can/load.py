@@ -27,7 +27,7 @@ class Case(Enum):
     EVERYTHING = "everything"
 
 
-class Row(NamedTuple):
+class FrameLoad(NamedTuple):
     """One frame of a case.
 
     name: name in the DBC.
@@ -46,7 +46,7 @@ class Row(NamedTuple):
     load_ratio: float
 
 
-def analyse(case: Case, frames: Mapping[int, Layout] = FRAMES, bits_per_s: int = BITS_PER_S) -> list[Row]:
+def analyse(case: Case, frames: Mapping[int, Layout] = FRAMES, bits_per_s: int = BITS_PER_S) -> list[FrameLoad]:
     """Rows in the order of priority. Raises ValueError for a frame without interval, or if the bus is overloaded."""
     taking = [frames[can_id] for can_id in sorted(frames) if case is not Case.OPERATION or not frames[can_id].event]
     periods_s = [_interval_s(layout, case) for layout in taking]
@@ -54,7 +54,7 @@ def analyse(case: Case, frames: Mapping[int, Layout] = FRAMES, bits_per_s: int =
     if sum(wire_s / period_s for period_s in periods_s) >= 1.0:
         raise ValueError("the bus is overloaded: no response time is bounded")
     return [
-        Row(
+        FrameLoad(
             layout.name,
             layout.can_id,
             period_s,
@@ -66,7 +66,7 @@ def analyse(case: Case, frames: Mapping[int, Layout] = FRAMES, bits_per_s: int =
     ]
 
 
-def total(rows: list[Row]) -> float:
+def total(rows: list[FrameLoad]) -> float:
     """Share of the bus used by all frames of a case."""
     return sum(row.load_ratio for row in rows)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
-from onboard.bringup.can.candump import Heard, parse
+from onboard.bringup.can.candump import ReceivedFrame, parse
 
 TOLD_LINES = 20
 OTHERS = (".asc", ".blf")
@@ -15,7 +15,7 @@ class NoLogError(ValueError):
     """File without a single line that is a frame: not a log of a CAN bus."""
 
 
-def heard_in(path: Path, tell: Callable[[str], None]) -> Iterator[Heard]:
+def heard_in(path: Path, tell: Callable[[str], None]) -> Iterator[ReceivedFrame]:
     """The frames of a file.
 
     tell: receives a report for each of the first 20 lines that are no frame.
@@ -25,13 +25,13 @@ def heard_in(path: Path, tell: Callable[[str], None]) -> Iterator[Heard]:
     if path.suffix.lower() in OTHERS:
         from onboard.drivers.can.log import messages_of  # python-can is slow to load and text does not need it
 
-        yield from (Heard(*message) for message in messages_of(path))
+        yield from (ReceivedFrame(*message) for message in messages_of(path))
     else:
         with path.open(encoding="ascii", errors="replace") as lines:
             yield from heard_of(lines, str(path), tell)
 
 
-def heard_of(lines: Iterable[str], name: str, tell: Callable[[str], None]) -> Iterator[Heard]:
+def heard_of(lines: Iterable[str], name: str, tell: Callable[[str], None]) -> Iterator[ReceivedFrame]:
     """The frames of lines of candump, as `heard_in`. Bad lines are reported after the first good one."""
     good, bad, held = 0, 0, list[str]()
     for number, line in enumerate(lines, 1):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from onboard.bringup.can.load import Case, Row, total
+from onboard.bringup.can.load import Case, FrameLoad, total
 from onboard.bringup.can.show import aligned
 from onboard.bringup.can.survey import Report
 from protocol.generated.can_codec import DBC_VERSION
@@ -36,7 +36,7 @@ def lines_of(report: Report) -> list[str]:
     ]
 
 
-def load_lines(case: Case, rows: list[Row]) -> list[str]:
+def load_lines(case: Case, rows: list[FrameLoad]) -> list[str]:
     """One case as a table."""
     cells = [
         (

@@ -14,14 +14,14 @@ class BusError(RuntimeError):
     """Loss of the bus while in use: one line."""
 
 
-class Shell:
+class CanShell:
     """One bus while the `with` lasts. Raises what `open_bus` raises: ConfigError for an invalid URI, OSError."""
 
     def __init__(self, uri: str, clock: WallClock) -> None:
         self.uri, self.clock = uri, clock
         self.bus = open_bus(uri)
 
-    def __enter__(self) -> Shell:
+    def __enter__(self) -> CanShell:
         self.clock.start()
         return self
 

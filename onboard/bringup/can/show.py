@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 
-from onboard.bringup.can.decode import Seen, Tally, Values, named
+from onboard.bringup.can.decode import DecodedFrame, SummaryLine, Values, named
 from protocol.can.guard import Counts
 from protocol.generated.can_frames import FRAMES, Signal
 
@@ -24,7 +24,7 @@ def signals_text(can_id: int, values: Values, units: bool = True) -> str:
     return "  ".join(_signal_text(*signals[name], value, units) for name, value in named(can_id, values).items())
 
 
-def line_of(seen: Seen) -> str:
+def line_of(seen: DecodedFrame) -> str:
     """One frame on one line; its problems first."""
     stamp = "-" if seen.stamp_ns is None else f"{seen.stamp_ns // _NS}.{seen.stamp_ns % _NS // 1000:06d}"
     problems = f"! {', '.join(seen.problems)}" if seen.problems else ""
@@ -32,7 +32,7 @@ def line_of(seen: Seen) -> str:
     return "  ".join(word for word in (f"{stamp:>12}", f"{seen.name:{WIDTH}}", problems, told) if word)
 
 
-def row_of(seen: Seen) -> dict[str, object]:
+def row_of(seen: DecodedFrame) -> dict[str, object]:
     """One frame for programs."""
     return {
         "t_s": None if seen.stamp_ns is None else seen.stamp_ns / 1e9,
@@ -45,7 +45,7 @@ def row_of(seen: Seen) -> dict[str, object]:
     }
 
 
-def summary_lines(tallies: Sequence[Tally], others: Mapping[str, int]) -> list[str]:
+def summary_lines(tallies: Sequence[SummaryLine], others: Mapping[str, int]) -> list[str]:
     """A table of all frames with their problems, followed by the frames that are not in the DBC."""
     heads = ("frame", "frames", "rate/s", *_COUNTS)
     rows = [
@@ -60,7 +60,7 @@ def summary_lines(tallies: Sequence[Tally], others: Mapping[str, int]) -> list[s
     return [*aligned([heads, *rows]), *(f"{name}: {count}" for name, count in sorted(others.items()))]
 
 
-def summary_row(tallies: Sequence[Tally], others: Mapping[str, int]) -> dict[str, object]:
+def summary_row(tallies: Sequence[SummaryLine], others: Mapping[str, int]) -> dict[str, object]:
     """Summary for programs."""
     frames = {t.name: {"frames": t.frames, "rate_hz": t.rate_hz, **t.counts._asdict()} for t in tallies}
     return {"summary": frames, "others": dict(sorted(others.items()))}

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from onboard.bringup.can.bits import wire_bits
-from onboard.bringup.can.candump import Heard
-from onboard.bringup.can.decode import Decoder, Seen, Tally, named
+from onboard.bringup.can.candump import ReceivedFrame
+from onboard.bringup.can.decode import DecodedFrame, Decoder, SummaryLine, named
 from onboard.records import Frame
 from protocol.generated.can_codec import DBC_VERSION, NodeState
 from protocol.generated.can_frames import BITS_PER_S, FRAMES, Layout
@@ -42,7 +42,7 @@ class _Tracks:
         self.newest[self.on] = counter
 
 
-class NodeSeen(NamedTuple):
+class NodeReport(NamedTuple):
     """One node.
 
     name: its name.
@@ -68,8 +68,8 @@ class Report(NamedTuple):
     """
 
     span_s: float
-    nodes: list[NodeSeen]
-    tallies: list[Tally]
+    nodes: list[NodeReport]
+    tallies: list[SummaryLine]
     load_ratio: float
     error_frames: int
     others: dict[str, int]
@@ -98,7 +98,7 @@ class Survey:
         """Process frames with the times of their arrival."""
         for frame in frames:
             self._bits += wire_bits(frame.can_id, frame.data)
-            seen = self._decoder.receive(Heard(frame.stamp_ns, frame.can_id, frame.data))
+            seen = self._decoder.receive(ReceivedFrame(frame.stamp_ns, frame.can_id, frame.data))
             layout = FRAMES.get(frame.can_id)
             if layout is not None:
                 self._note(layout, seen)
@@ -110,7 +110,7 @@ class Survey:
         error_frames: of the controller, while listening.
         """
         tallies = self._decoder.tallies()
-        nodes = [NodeSeen(name, self._sent.get(name, 0), self._beats.get(name)) for name in SENDERS]
+        nodes = [NodeReport(name, self._sent.get(name, 0), self._beats.get(name)) for name in SENDERS]
         load_ratio = self._bits / BITS_PER_S / span_s
         others = dict(self._decoder.others)
         found = list(_silence(error_frames, bool(self._sent or others)))
@@ -123,14 +123,14 @@ class Survey:
             found.append(f"the bus is loaded by {load_ratio:.0%}; `onboard can load` says what is normal")
         return Report(span_s, nodes, tallies, load_ratio, error_frames, others, found)
 
-    def _note(self, layout: Layout, seen: Seen) -> None:
+    def _note(self, layout: Layout, seen: DecodedFrame) -> None:
         self._sent[layout.sender] = self._sent.get(layout.sender, 0) + 1
         if len(seen.data) == 8 and not {"crc", "length"} & set(seen.problems):
             self._tracks.setdefault(layout.can_id, _Tracks()).note(seen.data[6] >> 4)
         if seen.values is not None and layout.family in ("NODE_HEARTBEAT", "COMPUTER_HEARTBEAT"):
             self._beats[layout.sender] = named(layout.can_id, seen.values)
 
-    def _twice(self, tallies: list[Tally]) -> dict[str, list[int]]:
+    def _twice(self, tallies: list[SummaryLine]) -> dict[str, list[int]]:
         """Senders that seem to be two nodes, with the ids that show it."""
         found: dict[str, list[int]] = {}
         for tally in tallies:
@@ -156,7 +156,7 @@ def _silence(error_frames: int, heard: bool) -> Iterator[str]:
         yield f"{error_frames} error frames of the controller: cable, connectors, termination (60 ohm between wires)"
 
 
-def _of_nodes(nodes: list[NodeSeen]) -> Iterator[str]:
+def _of_nodes(nodes: list[NodeReport]) -> Iterator[str]:
     for name, frames, beat in nodes:
         if name in NEEDED and not frames:
             yield f"{name} is not heard: no power, no cable, or it was given another number"
@@ -192,7 +192,7 @@ def _of_twins(twice: dict[str, list[int]]) -> Iterator[str]:
         )
 
 
-def _of_rates(tallies: list[Tally], sent: dict[str, int]) -> Iterator[str]:
+def _of_rates(tallies: list[SummaryLine], sent: dict[str, int]) -> Iterator[str]:
     rates = {tally.name: tally.rate_hz for tally in tallies}
     for layout in FRAMES.values():
         if layout.event or layout.sender not in sent or layout.name == "TILT_COMMAND":
@@ -206,7 +206,7 @@ def _of_rates(tallies: list[Tally], sent: dict[str, int]) -> Iterator[str]:
             yield f"{layout.name} comes {rate_hz:.1f} times a second, {slow_hz:g} are due"
 
 
-def _of_guard(tallies: list[Tally]) -> Iterator[str]:
+def _of_guard(tallies: list[SummaryLine]) -> Iterator[str]:
     for _, name, frames, _, counts in tallies:
         if counts.crc:
             yield f"{name}: {counts.crc} of {frames} frames fail their CRC: another layout in the node, or bit errors"

@@ -16,7 +16,7 @@ from click.exceptions import Exit
 from numpy.typing import NDArray
 
 from onboard.bringup.jitter import reference
-from onboard.bringup.jitter.measure import WARM_TICKS, Bed, Measured
+from onboard.bringup.jitter.measure import WARM_TICKS, Bed, JitterFigures
 from onboard.command_line import EX_INTERRUPTED, EX_UNAVAILABLE, fail, read_config
 from onboard.config import Config, Realtime
 from onboard.drivers.platform.clock import WallClock
@@ -67,7 +67,9 @@ def jitter(
     raise Exit(0)
 
 
-def run(config: Config, clock: WallClock, ticks: int, job: bool) -> tuple[Measured, NDArray[np.float64] | None, str]:
+def run(
+    config: Config, clock: WallClock, ticks: int, job: bool
+) -> tuple[JitterFigures, NDArray[np.float64] | None, str]:
     """Run our loop and the reference at the same time.
 
     Returns our figures, the reference's (None if it was not allowed to finish), and the reference's kind.
@@ -84,7 +86,7 @@ def run(config: Config, clock: WallClock, ticks: int, job: bool) -> tuple[Measur
     return ours, theirs, beside.kind
 
 
-def figures(ours: Measured, theirs: NDArray[np.float64] | None, kind: str) -> dict[str, Any]:
+def figures(ours: JitterFigures, theirs: NDArray[np.float64] | None, kind: str) -> dict[str, Any]:
     """Object that --json writes; microseconds where the name ends in _us."""
     edges = _edges(ours.late_us, theirs)
     return {

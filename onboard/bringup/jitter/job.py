@@ -7,7 +7,7 @@ import numpy as np
 from onboard.config import Config
 from onboard.perception import ldem
 from onboard.planning.mission_rule import MissionState
-from onboard.planning.plan_records import PlanRequest, Settings
+from onboard.planning.plan_records import PlanningSettings, PlanRequest
 from onboard.records import Cloud, Grid, Pose
 
 BEAMS, LINES = 520, 400  # of a sweep, within the sector
@@ -33,6 +33,6 @@ def request(config: Config) -> PlanRequest:
         GOAL_M,
         None,
         MissionState(),
-        Settings(config.rover, config.mapping, config.planning, config.mission, config.scanning),
+        PlanningSettings(config.rover, config.mapping, config.planning, config.mission, config.scanning),
         np.empty((0, 3)),
     )

@@ -28,7 +28,7 @@ TOLD_TICKS = 50
 
 
 @dataclass(frozen=True, slots=True)
-class Measured:
+class JitterFigures:
     """Figures of a measurement.
 
     late_us: (k,) delay of each tick.
@@ -79,7 +79,7 @@ class Bed:
         """State of the real-time options."""
         return self._realtime.grants
 
-    def measure(self, ticks: int) -> Measured:
+    def measure(self, ticks: int) -> JitterFigures:
         """Measure this many ticks of the clock, fewer if it is stopped."""
         late_us, tick_us = np.zeros(ticks), np.zeros(ticks)
         clock, count = self._clock, -WARM_TICKS
@@ -98,7 +98,7 @@ class Bed:
             if self._realtime.collector:
                 self._realtime.collector.spend(clock.left_ns)
         n = max(0, count)
-        return Measured(
+        return JitterFigures(
             late_us[:n],
             tick_us[:n],
             clock.slipped_ticks - slipped,

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 
-from onboard.bringup.lidar.core import ORDER, LidarCore, Order
+from onboard.bringup.lidar.core import ORDER, LidarCore, SessionOrder
 from onboard.config import Config
 from onboard.record import replay as of_runs
 from onboard.record.reader import DamagedRecordError, check_inputs, open_record
@@ -35,7 +35,7 @@ def replay(path: Path) -> Verdict:
     core, verdict, ordered = LidarCore(config_of(path)), Verdict(bytes_compared=dict.fromkeys(OUTPUTS, 0)), False
     for number, inputs, recorded in rows_of(path):
         order = _order(recorded)
-        ordered |= order is not Order.NONE
+        ordered |= order is not SessionOrder.NONE
         made = encode_outputs(core.tick(inputs, order)[0], recorded)
         verdict.ticks += 1
         for topic in OUTPUTS:
@@ -49,6 +49,6 @@ def replay(path: Path) -> Verdict:
     return verdict
 
 
-def _order(recorded: dict[str, bytes]) -> Order:
+def _order(recorded: dict[str, bytes]) -> SessionOrder:
     rows = json.loads(recorded.get("/out/event", b"[]"))
-    return next((Order(row["text"]) for row in rows if row["name"] == ORDER), Order.NONE)
+    return next((SessionOrder(row["text"]) for row in rows if row["name"] == ORDER), SessionOrder.NONE)

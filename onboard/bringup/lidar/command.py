@@ -31,7 +31,7 @@ from onboard.command_line import (
 
 if TYPE_CHECKING:
     from onboard.bringup.lidar.report import Report
-    from onboard.bringup.lidar.shell import Shell
+    from onboard.bringup.lidar.shell import LidarShell
     from onboard.config import Config
     from onboard.record.writer import Recorder
 
@@ -79,7 +79,7 @@ def info_command(address: str, settings: tuple[str, ...], as_json: bool) -> None
 
     from onboard.bringup.lidar.report import model_words
 
-    def tell(shell: Shell) -> None:
+    def tell(shell: LidarShell) -> None:
         info, session = shell.session.info, shell.session
         if as_json:
             print(json.dumps({"info": info, "request": session.request.line().decode()}))
@@ -110,7 +110,7 @@ def watch_command(
     from onboard.bringup.lidar.live import Screen
     from onboard.bringup.lidar.shell import SensorError
 
-    def look(shell: Shell) -> None:
+    def look(shell: LidarShell) -> None:
         with Screen(polar, reach, as_json) as screen:
             for scans in shell.stream(seconds):
                 screen.show(shell.session, scans, shell.now_ns, shell.trouble)
@@ -151,7 +151,7 @@ def record_command(
         part.unlink(missing_ok=True)
         raise fail(EX_CANTCREAT, f"{out} cannot be written: {problem}")
 
-    def take(shell: Shell) -> int:
+    def take(shell: LidarShell) -> int:
         return sum(len(found) for found in shell.stream(seconds, scans))
 
     try:
@@ -193,11 +193,11 @@ def check_command(source: str, settings: tuple[str, ...], as_json: bool, seconds
 
     Exit code 1: something is wrong, 65: the file is damaged or no record; else those of `info`.
     """
-    from onboard.bringup.lidar.report import Report, Tally, findings
+    from onboard.bringup.lidar.report import Report, ScanSums, findings
     from onboard.bringup.lidar.show import lines_of
 
-    def measure(shell: Shell) -> Report:
-        tally, session = Tally(), shell.session
+    def measure(shell: LidarShell) -> Report:
+        tally, session = ScanSums(), shell.session
         for scans in shell.stream(seconds):
             tally.add(scans)
         return Report(dict(session.counts), session.clock.quality, tally, session.info)
@@ -266,10 +266,10 @@ app.add_command(lag_command)
 
 def _from_file(path: Path) -> Report:
     from onboard.bringup.lidar.listener import Listener, chunks_of
-    from onboard.bringup.lidar.report import Report, Tally
+    from onboard.bringup.lidar.report import Report, ScanSums
     from onboard.config import Lidar
 
-    tally, listener = Tally(), Listener(Lidar())
+    tally, listener = ScanSums(), Listener(Lidar())
     try:
         for chunk in chunks_of(path):
             tally.add(listener.receive(chunk))
@@ -280,9 +280,9 @@ def _from_file(path: Path) -> Report:
     return Report(listener.counts, listener.quality, tally, listener.info)
 
 
-def _with_sensor(config: Config, use: Callable[[Shell], T], recorder: Recorder | None = None) -> T:
+def _with_sensor(config: Config, use: Callable[[LidarShell], T], recorder: Recorder | None = None) -> T:
     """Result of `use` with a sensor that has identified itself; exits with one line if it has not, or after Ctrl-C."""
-    from onboard.bringup.lidar.shell import SensorError, Shell
+    from onboard.bringup.lidar.shell import LidarShell, SensorError
     from onboard.config import ConfigError
     from onboard.drivers.platform.clock import WallClock
 
@@ -290,7 +290,7 @@ def _with_sensor(config: Config, use: Callable[[Shell], T], recorder: Recorder |
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: setattr(clock, "stopping", True))
     try:
-        with Shell(config, clock, recorder) as shell:
+        with LidarShell(config, clock, recorder) as shell:
             if not shell.until_ready():
                 raise fail(EX_INTERRUPTED, "ended before the sensor answered")
             return use(shell)

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
-from onboard.bringup.lidar.show import View, numbers, polar, view
+from onboard.bringup.lidar.show import ScanView, numbers, polar, view
 from onboard.devices.lidar.session import LidarSession
 from onboard.records import Scan
 
@@ -74,7 +74,7 @@ class Screen:
         clock = session.clock.quality
         sigma_ms = clock.sigma_ns / 1e6 if math.isfinite(clock.sigma_ns) else None
         counts = {name: count for name, count in session.counts.items() if count}
-        seen = view(self._newest) if self._newest is not None else View()
+        seen = view(self._newest) if self._newest is not None else ScanView()
         return {
             "t_s": round(now_ns / 1e9, 3),
             "rate_hz": round(self._rate_hz, 2),

@@ -24,7 +24,7 @@ _SETTLED, _DRIFTED = 80, 400  # scans before the clock's times, and its rate, ar
 
 
 @dataclass(slots=True)
-class Tally:
+class ScanSums:
     """Sums over scans.
 
     scans: number of scans.
@@ -91,7 +91,7 @@ class Report(NamedTuple):
 
     counts: Mapping[str, int]
     clock: ClockQuality
-    tally: Tally
+    tally: ScanSums
     info: Mapping[str, str]
 
     @property

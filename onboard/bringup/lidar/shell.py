@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from types import TracebackType
 
-from onboard.bringup.lidar.core import LidarCore, Order
+from onboard.bringup.lidar.core import LidarCore, SessionOrder
 from onboard.config import Config
 from onboard.drivers.lidar.byte_listener import LidarEar
 from onboard.drivers.lidar.port import open_port
@@ -28,7 +28,7 @@ class SensorError(RuntimeError):
         self.wrong_model = wrong_model
 
 
-class Shell:
+class LidarShell:
     """One sensor while the `with` lasts; at its end the sensor is quiet and its laser off, if it still answers.
 
     Raises ConfigError for an invalid address.
@@ -42,7 +42,7 @@ class Shell:
         self._ear = LidarEar(self.port, clock.now_ns)
         self.now_ns = 0
 
-    def __enter__(self) -> Shell:
+    def __enter__(self) -> LidarShell:
         self.clock.idle = self._ear.listen
         self.clock.start()
         return self
@@ -50,20 +50,20 @@ class Shell:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        order = Order.FAREWELL
+        order = SessionOrder.FAREWELL
         for now in self.clock.overtime(FAREWELL_TICKS if self.port.state is PortState.OPEN else 0):
             self._at(now, order)
-            order = Order.NONE
+            order = SessionOrder.NONE
             if self.session.dark:
                 break
         self.port.close()
 
-    def tick(self, order: Order = Order.NONE) -> list[Scan] | None:
+    def tick(self, order: SessionOrder = SessionOrder.NONE) -> list[Scan] | None:
         """Wait for the next tick; return its scans, or None if a stop was requested."""
         now = self.clock.wait()
         return None if now is None else self._at(now, order)
 
-    def _at(self, now: Tick, order: Order) -> list[Scan]:
+    def _at(self, now: Tick, order: SessionOrder) -> list[Scan]:
         self.now_ns = now.now_ns
         inputs = Inputs(now.number, now.now_ns, lidar_chunks=self._ear.take(), lidar_state=self.port.state)
         outputs, scans = self.core.tick(inputs, order)
@@ -91,9 +91,9 @@ class Shell:
 
     def stream(self, seconds: float, scans: int = 0) -> Iterator[list[Scan]]:
         """The scans of each tick of a stream, until enough (0: no limit) or a stop is requested. Raises SensorError."""
-        began_ns, taken, order = self.now_ns, 0, Order.STREAM
+        began_ns, taken, order = self.now_ns, 0, SessionOrder.STREAM
         while not (scans and taken >= scans) and not (seconds and self.now_ns - began_ns >= seconds * 1e9):
-            found, order = self.tick(order), Order.NONE
+            found, order = self.tick(order), SessionOrder.NONE
             if found is None:
                 return
             self._complain()

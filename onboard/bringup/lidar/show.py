@@ -32,7 +32,7 @@ def polar(scan: Scan, columns: int, rows: int, reach_m: float) -> list[str]:
     return ["".join(line).rstrip() for line in lines]
 
 
-class View(NamedTuple):
+class ScanView(NamedTuple):
     """Ranges of a scan; None where nothing is seen."""
 
     ahead_m: float | None = None
@@ -40,16 +40,16 @@ class View(NamedTuple):
     nearest_deg: float | None = None  # positive left
 
 
-def view(scan: Scan) -> View:
+def view(scan: Scan) -> ScanView:
     """The range straight ahead, and the nearest return."""
     phi = scan.first_angle_rad + np.arange(len(scan.ranges_m)) * scan.step_rad
     ahead_m = float(scan.ranges_m[int(np.abs(phi).argmin())])
     ahead = round(ahead_m, 3) if math.isfinite(ahead_m) else None
     seen = np.flatnonzero(scan.status == BeamStatus.OK)
     if not len(seen):
-        return View(ahead)
+        return ScanView(ahead)
     near = seen[scan.ranges_m[seen].argmin()]
-    return View(ahead, round(float(scan.ranges_m[near]), 3), round(math.degrees(phi[near]), 2))
+    return ScanView(ahead, round(float(scan.ranges_m[near]), 3), round(math.degrees(phi[near]), 2))
 
 
 def numbers(scan: Scan | None, rate_hz: float, counts: dict[str, int], clock: ClockQuality, trouble: str = "") -> str:

@@ -14,7 +14,7 @@ import click
 from onboard.command_line import EX_CANTCREAT, EX_DATAERR, EX_NOINPUT, EX_USAGE, fail
 
 if TYPE_CHECKING:
-    from onboard.bringup.maps.gdem_import import Imported
+    from onboard.bringup.maps.gdem_import import ImportedMap
 
 EXAMPLES = """\b
 Examples:
@@ -68,7 +68,7 @@ def import_command(
     """
     from onboard.bringup.maps.dem_file import Reading  # rasterio is heavy, and no other command needs it
     from onboard.bringup.maps.dem_words import DemError
-    from onboard.bringup.maps.gdem_import import Wanted, import_gdem
+    from onboard.bringup.maps.gdem_import import MapRequest, import_gdem
     from onboard.maps.gdem_file import to_npz
 
     starts = {"lonlat": start_lonlat, "xy": start_xy, "rowcol": start_rowcol}
@@ -82,7 +82,7 @@ def import_command(
     how = Reading(**source)
     try:
         with _progress(file.name) as progress:
-            made = import_gdem(file, how, Wanted(kind, at, size, cell), progress)
+            made = import_gdem(file, how, MapRequest(kind, at, size, cell), progress)
     except DemError as error:
         raise fail(EX_DATAERR, f"{file} {error}") from None
     except OSError as error:
@@ -108,7 +108,7 @@ def _progress(name: str) -> Iterator[Callable[[int, int], None]]:
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
-def _summary(file: Path, out: Path, made: Imported) -> dict[str, Any]:
+def _summary(file: Path, out: Path, made: ImportedMap) -> dict[str, Any]:
     import numpy as np
 
     grid, heights, site = made.gdem.grid, made.gdem.heights_m, made.site

@@ -15,13 +15,13 @@ import numpy as np
 
 from onboard.bringup.maps.dem_file import Dem, Reading, Site, open_dem, place
 from onboard.bringup.maps.dem_words import DemError
-from onboard.bringup.maps.gdem_resample import Resampled, resample
+from onboard.bringup.maps.gdem_resample import ResampledMap, resample
 from onboard.maps.gdem_file import MOST_CELLS
 from onboard.records import F64, Gdem, Grid
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
+class MapRequest:
     """Requested map.
 
     start_kind: as in dem_file.place, or 'middle' of the file.
@@ -37,7 +37,7 @@ class Wanted:
 
 
 @dataclass(frozen=True, slots=True)
-class Imported:
+class ImportedMap:
     """An imported map and its origin.
 
     gdem: the map.
@@ -59,7 +59,7 @@ class Imported:
         return float(np.isfinite(self.gdem.heights_m).mean())
 
 
-def import_gdem(path: Path, how: Reading, wanted: Wanted, progress: Callable[[int, int], None]) -> Imported:
+def import_gdem(path: Path, how: Reading, wanted: MapRequest, progress: Callable[[int, int], None]) -> ImportedMap:
     """Import the map of a file. Raises DemError (its text continues the file's name), or OSError without a file."""
     grid = map_grid(wanted)
     with open_dem(path, how) as dem:
@@ -72,10 +72,10 @@ def import_gdem(path: Path, how: Reading, wanted: Wanted, progress: Callable[[in
         note = f"{path.name}: {_note(site, wanted.cell_m, level_m)}"
         doubts = _doubts(site, grid, wanted, found)
     gdem = Gdem(grid, (heights - level_m).astype(np.float32), note)
-    return Imported(gdem, site, level_m, found.cells_read, doubts)
+    return ImportedMap(gdem, site, level_m, found.cells_read, doubts)
 
 
-def map_grid(wanted: Wanted) -> Grid:
+def map_grid(wanted: MapRequest) -> Grid:
     """Square grid around the origin with an even number of cells: the requested size or a little more.
 
     Raises DemError.
@@ -88,7 +88,7 @@ def map_grid(wanted: Wanted) -> Grid:
     return Grid(first_m, first_m, wanted.cell_m, 2 * half, 2 * half)
 
 
-def _place(dem: Dem, wanted: Wanted) -> Site:
+def _place(dem: Dem, wanted: MapRequest) -> Site:
     if wanted.start_kind == "middle":
         return place(dem, "rowcol", dem.rows / 2, dem.columns / 2)
     return place(dem, wanted.start_kind, *wanted.start)
@@ -101,7 +101,7 @@ def _level_m(heights_m: F64) -> float:
     return float(np.nanmean(around) if np.isfinite(around).any() else np.nanmedian(heights_m))
 
 
-def _doubts(site: Site, grid: Grid, wanted: Wanted, found: Resampled) -> tuple[str, ...]:
+def _doubts(site: Site, grid: Grid, wanted: MapRequest, found: ResampledMap) -> tuple[str, ...]:
     """Warnings: a size that was raised, a map that extends beyond the file, implausible heights."""
     lines, side_m = [], grid.rows * grid.cell_m
     if side_m > wanted.size_m * (1 + 1e-9):

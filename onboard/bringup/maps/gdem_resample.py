@@ -50,7 +50,7 @@ class Cells:
 
 
 @dataclass(frozen=True, slots=True)
-class Resampled:
+class ResampledMap:
     """Result of the resampling.
 
     heights_m: heights on the map's grid, float64, NaN where unknown.
@@ -64,7 +64,7 @@ class Resampled:
     highest_m: float
 
 
-def resample(site: Site, grid: Grid, progress: Callable[[int, int], None]) -> Resampled:
+def resample(site: Site, grid: Grid, progress: Callable[[int, int], None]) -> ResampledMap:
     """Resample the file's heights to the map's grid (origin at the start).
 
     progress: called after each tile with the number of finished tiles and of all tiles. Raises DemError if reading
@@ -85,7 +85,7 @@ def resample(site: Site, grid: Grid, progress: Callable[[int, int], None]) -> Re
         lowest_m = min(lowest_m, float(np.fmin.reduce(cells.heights_m, axis=None, initial=math.inf)))
         highest_m = max(highest_m, float(np.fmax.reduce(cells.heights_m, axis=None, initial=-math.inf)))
         progress(done, len(tiles))
-    return Resampled(heights, cells_read, lowest_m, highest_m)
+    return ResampledMap(heights, cells_read, lowest_m, highest_m)
 
 
 def _refuse_pole(site: Site, grid: Grid) -> None:

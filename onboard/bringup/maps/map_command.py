@@ -15,7 +15,7 @@ from onboard.command_line import EX_CANTCREAT, EX_DATAERR, EX_NOINPUT, EX_USAGE,
 from protocol.visible import visible
 
 if TYPE_CHECKING:
-    from onboard.drivers.storage.map_tiles import Kept, TileFile
+    from onboard.drivers.storage.map_tiles import FolderContent, TileFile
     from onboard.perception.tiles import Tile
 
 EXAMPLES = """\b
@@ -121,7 +121,7 @@ def _tiles(source: Path) -> tuple[tuple[Tile, ...], tuple[str, ...]]:
         raise fail(EX_DATAERR, f"{source} is no record of a run, or a damaged one: {error}") from None
 
 
-def _kept(folder: Path) -> Kept:
+def _kept(folder: Path) -> FolderContent:
     from onboard.drivers.storage.map_tiles import load
 
     try:

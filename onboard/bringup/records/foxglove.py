@@ -30,7 +30,7 @@ _XYZ = {"type": "object", "properties": {axis: _NUMBER for axis in "xyz"}}
 _XYZW = {"type": "object", "properties": {axis: _NUMBER for axis in "xyzw"}}
 
 
-class View(NamedTuple):
+class ExportedChannel(NamedTuple):
     """One exported channel.
 
     schema: name of its schema.
@@ -43,21 +43,21 @@ class View(NamedTuple):
     source: str
 
 
-VIEWS: Mapping[str, View] = {
-    "/pose": View("foxglove.PoseInFrame", {
+VIEWS: Mapping[str, ExportedChannel] = {
+    "/pose": ExportedChannel("foxglove.PoseInFrame", {
         "timestamp": _STAMP, "frame_id": _TEXT,
         "pose": {"type": "object", "properties": {"position": _XYZ, "orientation": _XYZW}},
     }, "/out/pose"),
-    "/tf": View("foxglove.FrameTransform", {
+    "/tf": ExportedChannel("foxglove.FrameTransform", {
         "timestamp": _STAMP, "parent_frame_id": _TEXT, "child_frame_id": _TEXT, "translation": _XYZ, "rotation": _XYZW,
     }, "/out/pose"),
-    "/log": View("foxglove.Log", {
+    "/log": ExportedChannel("foxglove.Log", {
         "timestamp": _STAMP, "level": _NUMBER, "message": _TEXT, "name": _TEXT, "file": _TEXT, "line": _NUMBER,
     }, "/out/event"),
-    "/health": View("eldorado.health", dict.fromkeys(Health._fields, _NUMBER), "/in/tick"),
-    "/machine": View("eldorado.machine", dict.fromkeys(Machine._fields, _NUMBER), "/in/machine"),
+    "/health": ExportedChannel("eldorado.health", dict.fromkeys(Health._fields, _NUMBER), "/in/tick"),
+    "/machine": ExportedChannel("eldorado.machine", dict.fromkeys(Machine._fields, _NUMBER), "/in/machine"),
     **{
-        f"/can/{frame.name}": View(
+        f"/can/{frame.name}": ExportedChannel(
             f"eldorado.can.{frame.name}", dict.fromkeys(frame.fields, _NUMBER),
             "/out/can" if frame.sender == "COMPUTER" else "/in/can",
         )

@@ -11,7 +11,7 @@ from typing import Any
 from onboard.record import made_by
 from onboard.record.reader import Record, inputs_of, open_record
 from onboard.record.schema import INPUTS, OUTPUTS
-from onboard.records import Keeps
+from onboard.records import RecordedParts
 
 
 @dataclass(slots=True)
@@ -93,7 +93,7 @@ def _count(made: Info, record: Record) -> None:
             made.missing += number - made.last_tick - 1 - (inputs.health.slipped_ticks - slipped)
         else:
             made.first_tick, first_ns = number, now_ns
-        made.lean += inputs.record.keeps is Keeps.LEAN
+        made.lean += inputs.record.keeps is RecordedParts.LEAN
         made.ticks, made.last_tick, slipped = made.ticks + 1, number, inputs.health.slipped_ticks
     made.seconds = (now_ns - first_ns) / 1e9
     made.inputs_sha256, made.outputs_sha256 = sums[INPUTS[0]].hexdigest(), sums[OUTPUTS[0]].hexdigest()

@@ -26,7 +26,7 @@ _IMU_NS = 30_000_000
 _HALTING = frozenset({"stop", "safe", "emergency_stop"})
 
 
-class Watched(NamedTuple):
+class MonitorInputs(NamedTuple):
     """Inputs of the monitors in one tick."""
 
     now_ns: int
@@ -46,94 +46,94 @@ class Watched(NamedTuple):
     record: RecordStatus = RecordStatus()
 
 
-def _lidar_silent(w: Watched) -> bool:
+def _lidar_silent(w: MonitorInputs) -> bool:
     return w.lidar.silent(w.now_ns)
 
 
-def _wheels_older_than(w: Watched, limit_ns: int) -> bool:
+def _wheels_older_than(w: MonitorInputs, limit_ns: int) -> bool:
     return w.now_ns > _GRACE_NS and any(w.nodes.wheel_age_ns(n, w.now_ns) > limit_ns for n in (1, 2, 3, 4))
 
 
-def _wheel_stale(w: Watched) -> bool:
+def _wheel_stale(w: MonitorInputs) -> bool:
     return _wheels_older_than(w, w.config.can.stale_ns)
 
 
-def _wheel_silent(w: Watched) -> bool:
+def _wheel_silent(w: MonitorInputs) -> bool:
     return _wheels_older_than(w, w.config.can.silent_ns)
 
 
-def _node_lost(w: Watched) -> bool:
+def _node_lost(w: MonitorInputs) -> bool:
     return w.now_ns > 2 * _HEARTBEAT_NS and any(
         w.nodes.heartbeat_age_ns(node, w.now_ns) > _HEARTBEAT_NS for node in ("TILT", "IMU", "POWER")
     )
 
 
-def _imu_dead(w: Watched) -> bool:
+def _imu_dead(w: MonitorInputs) -> bool:
     return w.now_ns > _GRACE_NS and w.nodes.imu_age_ns(w.now_ns) > _IMU_NS
 
 
-def _tilt_angle(w: Watched) -> bool:
+def _tilt_angle(w: MonitorInputs) -> bool:
     limit = w.config.safety.tilt_limit_rad
     return abs(w.pose.roll_rad) > limit or abs(w.pose.pitch_rad) > limit
 
 
-def _pose_unsure(w: Watched) -> bool:
+def _pose_unsure(w: MonitorInputs) -> bool:
     limits = w.config.safety.pose_sigma_m, w.config.safety.heading_sigma_rad
     return w.in_mission and any(sigma > limit for sigma, limit in zip(w.pose_sigma, limits))
 
 
-def _command_lost(w: Watched) -> bool:
+def _command_lost(w: MonitorInputs) -> bool:
     return w.in_mission and w.now_ns - w.last_contact_ns > w.config.safety.command_lost_ns
 
 
-def _job_late(w: Watched) -> bool:
+def _job_late(w: MonitorInputs) -> bool:
     return w.overdue_ticks > 0
 
 
-def _estop_pressed(w: Watched) -> bool:
+def _estop_pressed(w: MonitorInputs) -> bool:
     return w.nodes.emergency is not None
 
 
-def _found(name: str) -> Callable[[Watched], bool]:
+def _found(name: str) -> Callable[[MonitorInputs], bool]:
     return lambda w: name in w.found
 
 
-def _of_nodes(monitor: Callable[[Nodes], bool]) -> Callable[[Watched], bool]:
+def _of_nodes(monitor: Callable[[Nodes], bool]) -> Callable[[MonitorInputs], bool]:
     return lambda w: monitor(w.nodes)
 
 
-def _hazard_ahead(w: Watched) -> bool:
+def _hazard_ahead(w: MonitorInputs) -> bool:
     return w.hazard
 
 
-def _keep_out(w: Watched) -> bool:
+def _keep_out(w: MonitorInputs) -> bool:
     return bool(w.keep_out)
 
 
-def _no_path(w: Watched) -> bool:
+def _no_path(w: MonitorInputs) -> bool:
     return w.plan is not None and w.plan.decision.kind == "unreachable"
 
 
-def _loop(w: Watched) -> bool:
+def _loop(w: MonitorInputs) -> bool:
     """True if R10 overrules a strategy; not for `optimistic`: it is R5 alone, and a detour lowers nothing at first."""
     mission = w.config.mission
     guarded = w.in_mission and mission.guard and mission.strategy != "optimistic"
     return guarded and w.plan is not None and w.plan.state.since_record >= RECORD_STOPS
 
 
-def _operator(w: Watched) -> bool:
+def _operator(w: MonitorInputs) -> bool:
     return any(order.name in _HALTING for order in w.orders)
 
 
-def _disk_full(w: Watched) -> bool:
+def _disk_full(w: MonitorInputs) -> bool:
     return w.record.trouble is RecordTrouble.FULL
 
 
-def _record_fail(w: Watched) -> bool:
+def _record_fail(w: MonitorInputs) -> bool:
     return w.record.trouble is RecordTrouble.FAILED
 
 
-MONITORS: Mapping[str, Callable[[Watched], bool]] = {
+MONITORS: Mapping[str, Callable[[MonitorInputs], bool]] = {
     "LIDAR_SILENT": _lidar_silent,
     "WHEEL_STALE": _wheel_stale,
     "WHEEL_SILENT": _wheel_silent,
@@ -156,7 +156,7 @@ MONITORS: Mapping[str, Callable[[Watched], bool]] = {
 }
 
 
-def active_faults(watched: Watched) -> tuple[str, ...]:
+def active_faults(watched: MonitorInputs) -> tuple[str, ...]:
     """Names of the faults active now, in the table's order, without those that another active fault explains."""
     found = {name for name, monitor in MONITORS.items() if monitor(watched)}
     if not found:

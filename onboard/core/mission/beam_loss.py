@@ -26,7 +26,7 @@ import numpy as np
 from onboard.config import Config, Scanning
 from onboard.config import LostBeams as Limits
 from onboard.native.elementary import dist
-from onboard.perception.loss_cause import Cause, View, cause, direction
+from onboard.perception.loss_cause import Cause, SweepLoss, cause, direction
 from onboard.perception.lost_beams import BANDS_M, LostBeams
 from onboard.perception.sweep import TiltSegment, segments
 from onboard.planning.plan_records import PlanResult
@@ -74,7 +74,7 @@ class Seeing:
         self.level = 0
         self.dirty = ""
         self.looks = 0
-        self._views: tuple[View, ...] = ()
+        self._views: tuple[SweepLoss, ...] = ()
         self._taken = 0  # sweeps from this place
         self._least = 0  # least level during a further look
         self._nods: dict[bool, tuple[TiltSegment, ...]] = {}
@@ -107,7 +107,7 @@ class Seeing:
 
     def note(self, lost: LostBeams, pose: Pose) -> str:
         """Add a sweep that is in the map. Returns the text to report, '' if the level stays."""
-        self._views = (*self._views[1 - VIEWS :], View(lost, pose))
+        self._views = (*self._views[1 - VIEWS :], SweepLoss(lost, pose))
         self._taken += 1
         before, self.level = self.level, max(self._least, next_level(self.level, lost.ratio, self._limits))
         if self.level == before:
@@ -201,7 +201,7 @@ def slower(config: Config) -> Scanning:
     )
 
 
-def _share(view: View, point: Point, pose: Pose) -> float:
+def _share(view: SweepLoss, point: Point, pose: Pose) -> float:
     """Share lost towards a point; NaN if the view does not cover it: outside its sector, or taken too far away."""
     azimuth_rad, range_m = direction(view.pose, *point)
     near = dist((pose.x_m, pose.y_m), (view.pose.x_m, view.pose.y_m)) <= HERE_M

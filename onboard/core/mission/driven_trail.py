@@ -18,7 +18,7 @@ STEP_M, STEP_RAD = 0.05, math.radians(6.0)
 SPOT_M = 0.01  # a turn within this distance is one on the spot, and is turned back at one place
 
 
-class Way:
+class DrivenTrail:
     """Driven path; call `note` each tick, `begin` when a scan begins. since_look_m: distance since the last look."""
 
     def __init__(self, since_look_m: float) -> None:

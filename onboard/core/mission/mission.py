@@ -17,7 +17,7 @@ from onboard.config import Config
 from onboard.core.context import Context
 from onboard.core.mission.beam_loss import Seeing
 from onboard.core.mission.drive_guard import GUARD_JOBS, Guarding
-from onboard.core.mission.driven_trail import Way
+from onboard.core.mission.driven_trail import DrivenTrail
 from onboard.core.mission.plan_request import plan_request, stands_on
 from onboard.core.mission.sweep import Sensing, Sweep
 from onboard.motion.follower import Follower
@@ -53,7 +53,7 @@ class Outcome:
 
 
 @dataclass(frozen=True, slots=True)
-class Swept:
+class SweepInMap:
     """Sweep that is in the map, with the pose at which it was entered and the number of its stop."""
 
     sweep: Sweep
@@ -85,7 +85,7 @@ class Mission:
         self.stop = 0
         self.scans_taken = 0
         self.result: PlanResult | None = None
-        self.swept: Swept | None = None
+        self.swept: SweepInMap | None = None
         self._sweep: Sweep | None = None
         self.notes: list[tuple[str, str]] = []
         self.progress: list[str] = []
@@ -98,7 +98,9 @@ class Mission:
         self._follower = Follower(config.rover, config.motion)
         self._turn_to_rad = 0.0
         self._first: tuple[StopMap | None, tuple[FirstLook, ...]] | None = None  # map before, looks until the turn
-        self._way = Way(0.0 if memory is None else math.inf)  # a saved map gives no distance since the last scan
+        self._way = DrivenTrail(
+            0.0 if memory is None else math.inf
+        )  # a saved map gives no distance since the last scan
         self._retreat: Path | None = None  # None until the rover stands
         self._retreat_m = 0.0
         self._guard: Guarding | None = None  # from the start of a leg until its findings are in the map
@@ -265,7 +267,7 @@ class Mission:
         Without the second entry the map would have a fold between its halves, and later scans would not fit.
         """
         if self._sweep is not None:
-            self.swept, self._sweep = Swept(self._sweep, entry.pose, entry.stop), None
+            self.swept, self._sweep = SweepInMap(self._sweep, entry.pose, entry.stop), None
         localisation = ctx.localisation
         memory, looks = self._first or (self.memory, ())
         before = [replace(look, pose=localisation.known_now(look.pose, bias)) for look, bias in looks]

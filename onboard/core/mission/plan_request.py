@@ -10,7 +10,7 @@ from onboard.config import Config
 from onboard.perception import ldem
 from onboard.planning.fences import Fence
 from onboard.planning.mission_rule import MissionState
-from onboard.planning.plan_records import PlanRequest, Settings
+from onboard.planning.plan_records import PlanningSettings, PlanRequest
 from onboard.records import F64, Gdem, Pose
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def plan_request(
         goal_m=goal_m,
         gdem=gdem,
         state=state or MissionState(),
-        settings=Settings(
+        settings=PlanningSettings(
             config.rover, config.mapping, config.planning, config.mission, config.scanning, config.drive_guard
         ),
         trail=here if trail is None else trail,

@@ -25,7 +25,7 @@ _PARKED_RAD = 0.01
 _PREPARE_NS = 10_000_000_000  # for the axis to park and the stream to begin; includes a reconnect of the scanner
 
 
-class State(Enum):
+class SweepState(Enum):
     """State of the sweep."""
 
     PREPARING = "preparing"
@@ -47,7 +47,7 @@ class Sensing:
     def __init__(self, config: Config, nod: Sequence[TiltSegment]) -> None:
         self._config, self._segments = config, nod
         self._length_ns = sum(s.duration_ns for s in self._segments)
-        self.state = State.PREPARING
+        self.state = SweepState.PREPARING
         self.tries = 0
         self._scans: list[Scan] = []
         self._start_ns = 0
@@ -68,16 +68,16 @@ class Sensing:
     def step(self, lidar: LidarSession, nodes: Nodes, scans: Sequence[Scan], now_ns: int) -> Sweep | None:
         """Process one tick. Returns the finished sweep once."""
         spoilt, self._spoilt = self._spoilt, False
-        if self.state is State.PREPARING:
+        if self.state is SweepState.PREPARING:
             self._prepare(lidar, nodes, bool(scans) and not spoilt, now_ns)
             return None
         sector_rad = self._config.scanning.sector_rad
         self._scans.extend(ahead(scan, sector_rad) for scan in scans if scan.start_ns >= self._start_ns)
         if spoilt or lidar.silent(now_ns) or not nodes.bus_well or now_ns > self._start_ns + 2 * self._length_ns:
             self._discard(nodes)
-        elif self.state is State.SWEEPING and nodes.sweep_done(now_ns):
-            self.state, self._end_ns = State.SETTLING, now_ns + _SETTLE_NS
-        elif self.state is State.SETTLING and now_ns >= self._end_ns:
+        elif self.state is SweepState.SWEEPING and nodes.sweep_done(now_ns):
+            self.state, self._end_ns = SweepState.SETTLING, now_ns + _SETTLE_NS
+        elif self.state is SweepState.SETTLING and now_ns >= self._end_ns:
             lidar.stream(False)
             sweep = Sweep(tuple(self._scans), nodes.tilt_track(self._start_ns - _LEAD_NS))
             nodes.park_tilt(self._config.scanning.start_rad)
@@ -95,12 +95,12 @@ class Sensing:
         if parked and ready and nodes.bus_well:
             self._start_ns = now_ns + _LEAD_NS
             nodes.sweep(self._segments, self._start_ns)
-            self.state = State.SWEEPING
+            self.state = SweepState.SWEEPING
         elif now_ns > self._prepare_ns + _PREPARE_NS:
             self._discard(nodes)
 
     def _discard(self, nodes: Nodes) -> None:
         self.tries += 1
         self._scans.clear()
-        self.state, self._prepare_ns = State.PREPARING, None
+        self.state, self._prepare_ns = SweepState.PREPARING, None
         nodes.park_tilt(self._config.scanning.start_rad)

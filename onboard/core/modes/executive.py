@@ -27,19 +27,21 @@ from onboard.core.modes.service_orders import Services
 from onboard.core.modes.tasks import Tasks
 from onboard.core.products import PRODUCT_JOBS, Products
 from onboard.devices.emergency import reason_name
-from onboard.motion.wheel_health import Drive, Wheels
+from onboard.motion.wheel_health import DriveHealth, Wheels
 from onboard.records import Event, Gdem, Twist
 from protocol.generated.can_codec import StopReason
-from protocol.link.transactions import Order, State
+from protocol.link.transactions import Order, RequestState
 from protocol.tables.commands import RefusedError, check_mode
-from protocol.tables.faults import BY_NAME, Fault, Step
+from protocol.tables.faults import BY_NAME, Fault, ResponseStep
 from protocol.tables.modes import EVENTS, Mode, Phase, next_mode
 
 if TYPE_CHECKING:
     from onboard.perception.stop_map import StopMap
 
 SLOW_RATIO = 0.5
-ENDS_MOVE = frozenset({Step.STOP, Step.BACK_OFF, Step.LOOK, Step.RESCAN, Step.STANDBY})
+ENDS_MOVE = frozenset(
+    {ResponseStep.STOP, ResponseStep.BACK_OFF, ResponseStep.LOOK, ResponseStep.RESCAN, ResponseStep.STANDBY}
+)
 ENDS_WAITING = frozenset({"stop", "safe", "fault", "emergency_stop"})
 SEVERITY = {row.name: row.severity for row in EVENTS}
 
@@ -109,7 +111,7 @@ class Executive:
     @property
     def shedding(self) -> bool:
         """True while work that can wait is shed."""
-        return self._any_active(Step.SHED)
+        return self._any_active(ResponseStep.SHED)
 
     @property
     def hazard(self) -> bool:
@@ -118,7 +120,7 @@ class Executive:
 
     def step(self, orders: Sequence[Order], faults: tuple[str, ...], ctx: Context) -> Twist:
         """Process one tick: obey orders, respond to faults, advance the task. Returns the body twist wanted."""
-        ctx.held = self._any_active(Step.STOP)
+        ctx.held = self._any_active(ResponseStep.STOP)
         for order in orders:
             self._obey(order, ctx)
         self._answer(faults, ctx)
@@ -132,14 +134,14 @@ class Executive:
         for family in self._families:
             self.events += family.events
             family.events.clear()
-        ctx.held = self._any_active(Step.STOP)
-        slow = SLOW_RATIO if self._any_active(Step.SLOW) else 1.0
+        ctx.held = self._any_active(ResponseStep.STOP)
+        slow = SLOW_RATIO if self._any_active(ResponseStep.SLOW) else 1.0
         twist = self.tasks.step(ctx)
         if ctx.held:
             return Twist()
         return twist if slow == 1.0 else Twist(*(slow * v for v in twist))
 
-    def _any_active(self, step: Step) -> bool:
+    def _any_active(self, step: ResponseStep) -> bool:
         return any(step in BY_NAME[name].response for name in self.active)
 
     # -- faults ------------------------------------------------------------------------------------------------
@@ -152,20 +154,20 @@ class Executive:
             row, of = BY_NAME[name], ctx.found.get(name, ())
             new = name not in self.active or of != self._of.get(name, of)
             text = words(ctx.nodes, ctx.seen.get(name, ""), name) + _whose(of)
-            if new and Step.REPORT in row.response:
+            if new and ResponseStep.REPORT in row.response:
                 self._tell("FAULT", ctx, text)
-            if Step.ESTOP in row.response and self.mode is not Mode.ESTOP:
-                self.tasks.cancel(ctx, State.FAILED, text)
+            if ResponseStep.ESTOP in row.response and self.mode is not Mode.ESTOP:
+                self.tasks.cancel(ctx, RequestState.FAILED, text)
                 self._change("emergency_stop", ctx, name)
             elif (self._latches(row, ctx) or name in over) and self.mode not in (Mode.SAFE, Mode.ESTOP):
-                self.tasks.cancel(ctx, State.FAILED, text)
+                self.tasks.cancel(ctx, RequestState.FAILED, text)
                 self._change("fault", ctx, name)
-            elif not {Step.LOOK, Step.DISCARD_SWEEP}.isdisjoint(row.response) or new:
+            elif not {ResponseStep.LOOK, ResponseStep.DISCARD_SWEEP}.isdisjoint(row.response) or new:
                 self._break_off(row, ctx)
         for name in self.active:
-            if name not in faults and Step.REPORT in BY_NAME[name].response:
+            if name not in faults and ResponseStep.REPORT in BY_NAME[name].response:
                 self._tell("FAULT_CLEARED", ctx, name)
-            if name not in faults and Step.STANDBY in BY_NAME[name].response:
+            if name not in faults and ResponseStep.STANDBY in BY_NAME[name].response:
                 self.tasks.standby_after_leg = False
         self.active, self._of = faults, dict(ctx.found)
 
@@ -175,34 +177,34 @@ class Executive:
             reason = f"{name}: no result {GIVE_UP_TICKS // 100} s after its tick"
             if name in PRODUCT_JOBS:
                 self.products.give_up(name, reason)
-            self.tasks.cancel(ctx, State.FAILED, reason)
+            self.tasks.cancel(ctx, RequestState.FAILED, reason)
             self._change("fault", ctx, reason)
 
     def _latches(self, row: Fault, ctx: Context) -> bool:
-        if Step.DEGRADE in row.response:
+        if ResponseStep.DEGRADE in row.response:
             return not (self._parameters.config.safety.degraded_drive and _can_go_on(ctx.wheels))
-        return Step.SAFE in row.response
+        return ResponseStep.SAFE in row.response
 
     def _break_off(self, row: Fault, ctx: Context) -> None:
         """Apply a fault's response to the move or leg under way, within the response's limit of tries."""
-        if Step.STANDBY in row.response:
+        if ResponseStep.STANDBY in row.response:
             self.tasks.standby_after_leg = True
         if self.tasks.move is not None and ENDS_MOVE.intersection(row.response):
-            self.tasks.cancel(ctx, State.FAILED, f"{row.name}: {row.condition}")
+            self.tasks.cancel(ctx, RequestState.FAILED, f"{row.name}: {row.condition}")
             self._change("failed", ctx, row.name)
         if self.mission is None or not self.in_mission:
             return
         reason = ""
-        if Step.DISCARD_SWEEP in row.response:
+        if ResponseStep.DISCARD_SWEEP in row.response:
             self.mission.discard_sweep(f"{row.name}: {row.condition}")
-        elif Step.LOOK in row.response and not self.mission.look_again():
+        elif ResponseStep.LOOK in row.response and not self.mission.look_again():
             reason = f"{row.name}: {row.condition}, and a look did not help"
-        elif Step.BACK_OFF in row.response and self.mission.back_off(row.name) > row.tries:
+        elif ResponseStep.BACK_OFF in row.response and self.mission.back_off(row.name) > row.tries:
             reason = f"{row.name}: backed off {row.tries} times in this mission already"
-        elif Step.RESCAN in row.response:
+        elif ResponseStep.RESCAN in row.response:
             self.mission.back_off(row.name, 0.0)
         if reason:
-            self.tasks.cancel(ctx, State.FAILED, reason)
+            self.tasks.cancel(ctx, RequestState.FAILED, reason)
             self._change("fault", ctx, reason)
 
     # -- orders ------------------------------------------------------------------------------------------------
@@ -213,26 +215,26 @@ class Executive:
             self.lease.check(order, ctx)
             self._orders[order.name](order, ctx)
         except RefusedError as error:
-            self._downlink.report(order.request_id, State.FAILED, str(error))
+            self._downlink.report(order.request_id, RequestState.FAILED, str(error))
 
     def _stop(self, order: Order, ctx: Context) -> None:
-        self.tasks.cancel(ctx, State.CANCELLED, "stopped by the operator")
+        self.tasks.cancel(ctx, RequestState.CANCELLED, "stopped by the operator")
         self._change("stop", ctx, "operator")
-        self._downlink.report(order.request_id, State.COMPLETED, "stopped")
+        self._downlink.report(order.request_id, RequestState.COMPLETED, "stopped")
 
     def _safe(self, order: Order, ctx: Context) -> None:
-        self.tasks.cancel(ctx, State.CANCELLED, "SAFE by the operator")
+        self.tasks.cancel(ctx, RequestState.CANCELLED, "SAFE by the operator")
         self._change("safe", ctx, "operator")
-        self._downlink.report(order.request_id, State.COMPLETED, self.mode.name)
+        self._downlink.report(order.request_id, RequestState.COMPLETED, self.mode.name)
 
     def _resume(self, order: Order, ctx: Context) -> None:
         over = over_limit(ctx.nodes, ctx.used_up, self.active)
         latched = [name for name in self.active if self._latches(BY_NAME[name], ctx) or name in over]
         if latched:
-            self._downlink.report(order.request_id, State.FAILED, f"still active: {', '.join(latched)}")
+            self._downlink.report(order.request_id, RequestState.FAILED, f"still active: {', '.join(latched)}")
             return
         self._change("resume", ctx, "operator")
-        self._downlink.report(order.request_id, State.COMPLETED, self.mode.name)
+        self._downlink.report(order.request_id, RequestState.COMPLETED, self.mode.name)
 
     def _status(self, order: Order, ctx: Context) -> None:
         pose = ctx.localisation.pose
@@ -242,35 +244,35 @@ class Executive:
         waits = self._downlink.waits
         if waits:
             text += f"; {len(waits)} wait: {', '.join(waits)}"
-        self._downlink.report(order.request_id, State.COMPLETED, text)
+        self._downlink.report(order.request_id, RequestState.COMPLETED, text)
 
     def _emergency_stop(self, order: Order, ctx: Context) -> None:
         ctx.nodes.emergency_stop(StopReason.OPERATOR)
-        self.tasks.cancel(ctx, State.CANCELLED, "emergency stop by the operator")
+        self.tasks.cancel(ctx, RequestState.CANCELLED, "emergency stop by the operator")
         self._change("emergency_stop", ctx, "operator")
-        self._downlink.report(order.request_id, State.COMPLETED, "ESTOP")
+        self._downlink.report(order.request_id, RequestState.COMPLETED, "ESTOP")
 
     def _reset(self, order: Order, ctx: Context) -> None:
         ctx.nodes.reset(order.request_id & 0xFFFF)
         self._reset_id = order.request_id
-        self._downlink.report(order.request_id, State.STARTED, "every node is asked twice")
+        self._downlink.report(order.request_id, RequestState.STARTED, "every node is asked twice")
 
     def _follow_reset(self, ctx: Context) -> None:
         if self._reset_id is None or ctx.nodes.resetting:
             return
         if ctx.nodes.emergency is None:
             self._change("reset", ctx, "operator")
-            self._downlink.report(self._reset_id, State.COMPLETED, self.mode.name)
+            self._downlink.report(self._reset_id, RequestState.COMPLETED, self.mode.name)
         else:
             sender, reason, _ = ctx.nodes.emergency
             text = f"not every node answered; stopped by {sender}, {reason_name(reason)}"
-            self._downlink.report(self._reset_id, State.FAILED, text)
+            self._downlink.report(self._reset_id, RequestState.FAILED, text)
         self._reset_id = None
 
     # -- small things ------------------------------------------------------------------------------------------
 
     def _end_sequence(self, event: str, ctx: Context, why: str) -> None:
-        self.tasks.cancel(ctx, State.CANCELLED, why)
+        self.tasks.cancel(ctx, RequestState.CANCELLED, why)
         self._change(event, ctx, why)
 
     def _change(self, event: str, ctx: Context, why: str) -> None:
@@ -287,7 +289,7 @@ class Executive:
 
 def _can_go_on(wheels: Wheels) -> bool:
     """Return whether at most one wheel has failed and two or more still give odometry."""
-    broken = sum(h.drive is not Drive.GOOD or h.steer_fixed_rad is not None for h in wheels)
+    broken = sum(h.drive is not DriveHealth.GOOD or h.steer_fixed_rad is not None for h in wheels)
     return broken <= 1 and sum(h.tells_way for h in wheels) >= 2
 
 

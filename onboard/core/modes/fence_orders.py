@@ -8,8 +8,8 @@ from onboard.core.context import Context
 from onboard.core.downlink import Downlink
 from onboard.planning.fences import Fence, from_json, to_json
 from onboard.records import Event
-from onboard.records.status import Save, Saved
-from protocol.link.transactions import Order, State
+from onboard.records.status import Save, SaveResult
+from protocol.link.transactions import Order, RequestState
 from protocol.tables.commands import RefusedError, named
 
 KEPT = "fences"
@@ -36,12 +36,12 @@ class FenceOrders:
             self.events.append(Event(0, "error", "FENCE", f"the kept fences cannot be read: {error}"))
         self.orders = {"fence_add": self._add, "fence_clear": self._clear, "fence_list": self._list}
 
-    def receive(self, saved: Sequence[Saved]) -> None:
+    def receive(self, saved: Sequence[SaveResult]) -> None:
         """Process the shell's results of saves."""
         for name, error in saved:
             if name == KEPT and self._saving:
                 request_id, text = self._saving.pop(0)
-                self._downlink.report(request_id, State.COMPLETED, f"{text}; {error or 'kept'}")
+                self._downlink.report(request_id, RequestState.COMPLETED, f"{text}; {error or 'kept'}")
 
     def _add(self, order: Order, ctx: Context) -> None:
         name = str(order.arguments["fence"])
@@ -66,14 +66,14 @@ class FenceOrders:
         if self._keeps:
             self.saves.append(Save(KEPT, to_json(self.fences)))
             self._saving.append((order.request_id, text))
-            self._downlink.report(order.request_id, State.STARTED, text)
+            self._downlink.report(order.request_id, RequestState.STARTED, text)
         else:
-            self._downlink.report(order.request_id, State.COMPLETED, f"{text}; ends with the program")
+            self._downlink.report(order.request_id, RequestState.COMPLETED, f"{text}; ends with the program")
 
     def _list(self, order: Order, ctx: Context) -> None:
         lines = [f"{f.name} {f.kind} " + " ".join(f"{x:g} {y:g}" for x, y in f.corners_m) for f in self.fences]
         object_id = self._downlink.offer("fences", ("\n".join(lines) or "none").encode(), "text")
-        self._downlink.report(order.request_id, State.COMPLETED, f"{len(lines)} in force", (object_id,))
+        self._downlink.report(order.request_id, RequestState.COMPLETED, f"{len(lines)} in force", (object_id,))
 
     def digest_items(self) -> tuple[float, ...]:
         """Values of this state that go into the state digest."""

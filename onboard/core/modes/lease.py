@@ -15,7 +15,7 @@ from __future__ import annotations
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
 from onboard.records import Event
-from protocol.link.transactions import Order, State
+from protocol.link.transactions import Order, RequestState
 from protocol.tables.commands import RefusedError, command
 
 
@@ -65,14 +65,14 @@ class Lease:
         if self.holder in (0, order.station):
             if not self.holder:
                 self._give(order.station, ctx, "asked for")
-            self._downlink.report(order.request_id, State.COMPLETED, f"station {order.station} holds it")
+            self._downlink.report(order.request_id, RequestState.COMPLETED, f"station {order.station} holds it")
             return
         for other in [other for other in self._line if other.station == order.station]:
             self._line.remove(other)
-            self._downlink.report(other.request_id, State.CANCELLED, "asked for again")
+            self._downlink.report(other.request_id, RequestState.CANCELLED, "asked for again")
         self._line.append(order)
         self._tell(ctx, f"station {order.station} asks for it, station {self.holder} holds it")
-        self._downlink.report(order.request_id, State.STARTED, f"station {self.holder} holds it and was told")
+        self._downlink.report(order.request_id, RequestState.STARTED, f"station {self.holder} holds it and was told")
 
     def _release(self, order: Order, ctx: Context) -> None:
         if order.station != self.holder:
@@ -80,15 +80,15 @@ class Lease:
             if not waiting:
                 raise RefusedError(f"station {order.station} does not hold the lease: {self._words()}")
             self._line.remove(waiting[0])
-            self._downlink.report(waiting[0].request_id, State.CANCELLED, "no longer asked for")
-            self._downlink.report(order.request_id, State.COMPLETED, "no longer asked for")
+            self._downlink.report(waiting[0].request_id, RequestState.CANCELLED, "no longer asked for")
+            self._downlink.report(order.request_id, RequestState.COMPLETED, "no longer asked for")
             return
         self._pass_on(ctx, f"station {order.station} released it")
-        self._downlink.report(order.request_id, State.COMPLETED, self._words())
+        self._downlink.report(order.request_id, RequestState.COMPLETED, self._words())
 
     def _show(self, order: Order, ctx: Context) -> None:
         data = (self.holder, *(other.station for other in self._line))
-        self._downlink.report(order.request_id, State.COMPLETED, self._words(), data)
+        self._downlink.report(order.request_id, RequestState.COMPLETED, self._words(), data)
 
     # -- holder -----------------------------------------------------------------------------------------------
 
@@ -98,9 +98,9 @@ class Lease:
             order = self._line.pop(0)
             if self._silent_ns(order.station) <= self._silence_ns:
                 self._give(order.station, ctx, why)
-                self._downlink.report(order.request_id, State.COMPLETED, why)
+                self._downlink.report(order.request_id, RequestState.COMPLETED, why)
                 return
-            self._downlink.report(order.request_id, State.FAILED, "not heard any more when its turn came")
+            self._downlink.report(order.request_id, RequestState.FAILED, "not heard any more when its turn came")
         self._tell(ctx, f"free: {why}")
 
     def _give(self, station: int, ctx: Context, why: str) -> None:

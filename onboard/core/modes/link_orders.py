@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
 from onboard.records import Event
-from onboard.records.status import EPOCH, Save, Saved
+from onboard.records.status import EPOCH, Save, SaveResult
 from protocol.link.contacts import Windows, windows
-from protocol.link.transactions import Order, State
+from protocol.link.transactions import Order, RequestState
 from protocol.tables.commands import RefusedError
 
 KEPT = EPOCH
@@ -34,18 +34,18 @@ class LinkOrders:
         self._switching: list[tuple[int, int]] = []  # request ids and the requested epochs
         self.orders = {"keys_rotate": self._switch, "contacts_set": self._set, "contacts_clear": self._clear}
 
-    def receive(self, saved: Sequence[Saved], now_ns: int) -> None:
+    def receive(self, saved: Sequence[SaveResult], now_ns: int) -> None:
         """Process the link port's results of an epoch switch."""
         for name, error in saved:
             if name != EPOCH or not self._switching:
                 continue
             request_id, epoch = self._switching.pop(0)
             if error:
-                self._downlink.report(request_id, State.FAILED, error)
+                self._downlink.report(request_id, RequestState.FAILED, error)
                 continue
             self.epoch = epoch
             self.events.append(Event(now_ns, "info", "KEYS", f"key epoch {epoch} is in force"))
-            self._downlink.report(request_id, State.COMPLETED, f"key epoch {epoch} is in force")
+            self._downlink.report(request_id, RequestState.COMPLETED, f"key epoch {epoch} is in force")
 
     def digest_items(self) -> tuple[int, ...]:
         """Values of this state that go into the state digest."""
@@ -59,7 +59,7 @@ class LinkOrders:
             raise RefusedError("another switch is under way")
         self._switching.append((order.request_id, epoch))
         self.saves.append(Save(EPOCH, b"%d" % epoch))
-        self._downlink.report(order.request_id, State.STARTED, "the new epoch is kept first")
+        self._downlink.report(order.request_id, RequestState.STARTED, "the new epoch is kept first")
 
     def _set(self, order: Order, ctx: Context) -> None:
         spans = order.points("windows_s")
@@ -77,4 +77,4 @@ class LinkOrders:
     def _put(self, found: Windows, order: Order, ctx: Context, text: str) -> None:
         self._downlink.windows = found
         self.events.append(Event(ctx.now_ns, "info", "CONTACTS", f"{text}; by station {order.station}"))
-        self._downlink.report(order.request_id, State.COMPLETED, text)
+        self._downlink.report(order.request_id, RequestState.COMPLETED, text)

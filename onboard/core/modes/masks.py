@@ -10,7 +10,7 @@ from __future__ import annotations
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
 from onboard.records import Event
-from protocol.link.transactions import Order, State
+from protocol.link.transactions import Order, RequestState
 from protocol.tables.commands import RefusedError
 from protocol.tables.faults import BY_NAME
 
@@ -42,7 +42,7 @@ class Masks:
         masked = [f"{name} for {(until_ns - ctx.now_ns) / 1e9:.0f} s" for name, until_ns in self._until_ns.items()]
         parts = (f"active: {', '.join(self._found) or 'none'}", f"masked: {', '.join(masked) or 'none'}")
         self._downlink.report(
-            order.request_id, State.COMPLETED, "; ".join(parts), (_bits(self._found), _bits(self._until_ns))
+            order.request_id, RequestState.COMPLETED, "; ".join(parts), (_bits(self._found), _bits(self._until_ns))
         )
 
     def _mask(self, order: Order, ctx: Context) -> None:
@@ -53,14 +53,14 @@ class Masks:
         self._until_ns[name] = ctx.now_ns + round(order.number("lasting_s") * 1e9)
         text = f"{name} until {self._until_ns[name] / 1e9:.1f} s, by station {order.station}"
         self._tell(ctx.now_ns, text)
-        self._downlink.report(order.request_id, State.COMPLETED, text)
+        self._downlink.report(order.request_id, RequestState.COMPLETED, text)
 
     def _clear(self, order: Order, ctx: Context) -> None:
         name = str(order.arguments["fault"])
         if name in self._until_ns:
             self._end(name, ctx.now_ns, f"ended by station {order.station}")
         ctx.judge_anew.append(name)
-        self._downlink.report(order.request_id, State.COMPLETED, f"{name}: not masked, judged anew")
+        self._downlink.report(order.request_id, RequestState.COMPLETED, f"{name}: not masked, judged anew")
 
     def _end(self, name: str, now_ns: int, why: str) -> None:
         del self._until_ns[name]

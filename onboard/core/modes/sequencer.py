@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
 from onboard.planning.fences import Point, goal_refused
-from protocol.link.transactions import Order, State
+from protocol.link.transactions import Order, RequestState
 from protocol.tables.commands import RefusedError, named
 from protocol.tables.modes import Mode
-from protocol.tables.sequences import MOST_STEPS, Step, parse
+from protocol.tables.sequences import MOST_STEPS, SequenceStep, parse
 
 _MOST = 8
 Change = Callable[[str, Context, str], None]
@@ -33,13 +33,13 @@ class _Run:
     """
 
     request_id: int
-    steps: tuple[Step, ...]
+    steps: tuple[SequenceStep, ...]
     at: int = 0
     since_ns: int = 0
     order_id: int = 0
 
     @property
-    def step(self) -> Step:
+    def step(self) -> SequenceStep:
         return self.steps[self.at]
 
 
@@ -48,7 +48,7 @@ class Sequencer:
 
     def __init__(self, downlink: Downlink, change: Change) -> None:
         self._downlink, self._change = downlink, change
-        self._kept: dict[str, dict[int, Step]] = {}
+        self._kept: dict[str, dict[int, SequenceStep]] = {}
         self._run: _Run | None = None
         self._orders_given = 0
         self.orders = {
@@ -65,7 +65,7 @@ class Sequencer:
         if run is None:
             return None
         if mode is not Mode.SEQUENCE:
-            self._end(State.CANCELLED, f"ended at step {run.at + 1}: the mode is {mode.name}")
+            self._end(RequestState.CANCELLED, f"ended at step {run.at + 1}: the mode is {mode.name}")
             return None
         if run.order_id:
             self._follow(run, ctx)
@@ -89,11 +89,11 @@ class Sequencer:
         return False
 
     def _follow(self, run: _Run, ctx: Context) -> None:
-        state, text = self._downlink.own.get(run.order_id, (State.ACCEPTED, ""))
+        state, text = self._downlink.own.get(run.order_id, (RequestState.ACCEPTED, ""))
         if state.final:
             del self._downlink.own[run.order_id]
             run.order_id = 0
-            self._settle(run, ctx, state is State.COMPLETED, text)
+            self._settle(run, ctx, state is RequestState.COMPLETED, text)
 
     def _settle(self, run: _Run, ctx: Context, completed: bool, text: str) -> None:
         """Finish a step: go to the next one, or end the sequence."""
@@ -101,16 +101,16 @@ class Sequencer:
         run.since_ns = ctx.now_ns
         if not completed and run.step.policy != "continue":
             safe = run.step.policy == "safe"
-            self._end(State.FAILED, told)
+            self._end(RequestState.FAILED, told)
             self._change("fault" if safe else "ended", ctx, told)
         elif run.at + 1 == len(run.steps):
-            self._end(State.COMPLETED, told)
+            self._end(RequestState.COMPLETED, told)
             self._change("ended", ctx, told)
         else:
             run.at += 1
-            self._downlink.report(run.request_id, State.PROGRESS, told)
+            self._downlink.report(run.request_id, RequestState.PROGRESS, told)
 
-    def _end(self, state: State, text: str) -> None:
+    def _end(self, state: RequestState, text: str) -> None:
         assert self._run
         self._downlink.report(self._run.request_id, state, text)
         self._run = None
@@ -129,21 +129,21 @@ class Sequencer:
         except ValueError as error:
             raise RefusedError(str(error)) from error
         self._kept.setdefault(name, {})[int(number)] = step
-        self._downlink.report(order.request_id, State.COMPLETED, f"{name}: {len(self._kept[name])} steps")
+        self._downlink.report(order.request_id, RequestState.COMPLETED, f"{name}: {len(self._kept[name])} steps")
 
     def _clear(self, order: Order, ctx: Context) -> None:
         self._steps(order)
         del self._kept[str(order.arguments["sequence"])]
-        self._downlink.report(order.request_id, State.COMPLETED)
+        self._downlink.report(order.request_id, RequestState.COMPLETED)
 
     def _check(self, order: Order, ctx: Context) -> None:
         """Dry run: report the effect of each step, or the reason why it would be refused."""
         steps = self._steps(order)
         lines = [f"{n}: {_would(steps[n], ctx) if n in steps else 'is missing'}" for n in _span(steps)]
         object_id = self._downlink.offer("sequence", "\n".join(lines).encode(), "text")
-        state, text = State.COMPLETED, f"{len(steps)} steps"
+        state, text = RequestState.COMPLETED, f"{len(steps)} steps"
         if _missing(steps):
-            state, text = State.FAILED, f"steps are missing: {_missing(steps)}"
+            state, text = RequestState.FAILED, f"steps are missing: {_missing(steps)}"
         self._downlink.report(order.request_id, state, text, (object_id,))
 
     def _start(self, order: Order, ctx: Context) -> None:
@@ -152,13 +152,13 @@ class Sequencer:
             raise RefusedError(f"steps are missing: {_missing(steps)}")
         self._run = _Run(order.request_id, tuple(steps[n] for n in sorted(steps)), since_ns=ctx.now_ns)
         self._change("sequence_run", ctx, str(order.arguments["sequence"]))
-        self._downlink.report(order.request_id, State.STARTED, f"{len(steps)} steps")
+        self._downlink.report(order.request_id, RequestState.STARTED, f"{len(steps)} steps")
 
     def _abort(self, order: Order, ctx: Context) -> None:
         self._change("sequence_abort", ctx, f"station {order.station}")
-        self._downlink.report(order.request_id, State.COMPLETED, "what it did is stopped")
+        self._downlink.report(order.request_id, RequestState.COMPLETED, "what it did is stopped")
 
-    def _steps(self, order: Order) -> dict[int, Step]:
+    def _steps(self, order: Order) -> dict[int, SequenceStep]:
         return self._kept[named(str(order.arguments["sequence"]), self._kept, "sequence")]
 
     def digest_items(self) -> tuple[int, ...]:
@@ -167,16 +167,16 @@ class Sequencer:
         return (len(self._kept), self._orders_given, *((run.at, run.order_id) if run else ()))
 
 
-def _span(steps: dict[int, Step]) -> range:
+def _span(steps: dict[int, SequenceStep]) -> range:
     assert max(steps) <= MOST_STEPS
     return range(1, max(steps) + 1)
 
 
-def _missing(steps: dict[int, Step]) -> str:
+def _missing(steps: dict[int, SequenceStep]) -> str:
     return ", ".join(str(n) for n in _span(steps) if n not in steps)
 
 
-def _would(step: Step, ctx: Context) -> str:
+def _would(step: SequenceStep, ctx: Context) -> str:
     """Return the step as it is understood, and the reason why it would be refused now."""
     wait = [f"after {step.after_s:g} s"] if step.after_s else []
     if step.condition is not None:

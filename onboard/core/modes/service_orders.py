@@ -5,7 +5,7 @@ from __future__ import annotations
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
 from onboard.records import Event
-from protocol.link.transactions import Order, State
+from protocol.link.transactions import Order, RequestState
 
 _REBOOT_NS = 1_000_000_000  # for both copies of the report to be sent
 
@@ -26,9 +26,9 @@ class Services:
     def _time(self, order: Order, ctx: Context) -> None:
         now_s, utc_s = ctx.now_ns / 1e9, ctx.utc_ns / 1e9
         text = f"{now_s:.2f} s since the start, " + (f"UTC {utc_s:.2f} s" if ctx.utc_ns else "UTC is not known")
-        self._downlink.report(order.request_id, State.COMPLETED, text, (now_s, utc_s))
+        self._downlink.report(order.request_id, RequestState.COMPLETED, text, (now_s, utc_s))
 
     def _reboot(self, order: Order, ctx: Context) -> None:
         self._reboot_ns = ctx.now_ns + _REBOOT_NS
         self.events.append(Event(ctx.now_ns, "warning", "REBOOT", f"in 1 s, by station {order.station}"))
-        self._downlink.report(order.request_id, State.STARTED, "in 1 s; its end shows by a new boot id")
+        self._downlink.report(order.request_id, RequestState.STARTED, "in 1 s; its end shows by a new boot id")

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 from onboard.config import Config
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
-from onboard.core.mission.mission import MISSION_JOBS, MOVING, Mission, Swept
+from onboard.core.mission.mission import MISSION_JOBS, MOVING, Mission, SweepInMap
 from onboard.core.mission.return_to_start import GoBack
 from onboard.core.mission.return_track import Track
 from onboard.core.mission.survey_and_tour import Survey, Tour
 from onboard.core.modes.parameter_orders import ParameterOrders
-from onboard.core.modes.teleop import Drive, Move, TurnTo
+from onboard.core.modes.teleop import Move, TurnTo, TwistMove
 from onboard.planning.fences import Point, goal_refused
 from onboard.planning.plan_records import PlanResult
 from onboard.records import Gdem, Twist
-from protocol.link.transactions import Order, State
+from protocol.link.transactions import Order, RequestState
 
 if TYPE_CHECKING:
     from onboard.perception.stop_map import StopMap
@@ -44,7 +44,7 @@ class Tasks:
         self.mission: Mission | None = None
         self.move: Move | None = None
         self.latest: PlanResult | None = None
-        self.swept: Swept | None = None
+        self.swept: SweepInMap | None = None
         self.standby_after_leg = False
         self.track = Track()
         self.change: Say = _nobody
@@ -89,7 +89,7 @@ class Tasks:
         self._follow_mission(self.mission, ctx)
         return twist
 
-    def cancel(self, ctx: Context, state: State, reason: str) -> None:
+    def cancel(self, ctx: Context, state: RequestState, reason: str) -> None:
         """End the running task, if any."""
         if self.move is not None:
             self.move = None
@@ -110,7 +110,7 @@ class Tasks:
         self._report(move.progress)
         if move.ended:
             self.move = None
-            self._finish(State.FAILED if move.failed else State.COMPLETED, move.ended)
+            self._finish(RequestState.FAILED if move.failed else RequestState.COMPLETED, move.ended)
             self.change("failed" if move.failed else "moved", ctx, move.ended)
 
     def _follow_mission(self, mission: Mission, ctx: Context) -> None:
@@ -126,7 +126,7 @@ class Tasks:
         if mission.outcome:
             ctx.lidar.stream(False)
             completed, reason = mission.outcome.completed, mission.outcome.reason
-            self._finish(State.COMPLETED if completed else State.FAILED, reason)
+            self._finish(RequestState.COMPLETED if completed else RequestState.FAILED, reason)
             event = mission.done if completed else "failed"
             self.tell(event.upper(), ctx, reason)
             self.change("fault" if mission.outcome.broken else event, ctx, reason)
@@ -140,7 +140,7 @@ class Tasks:
             return
         back = self._parameters.config.safety.command_lost == "return"
         then = "returning" if back else "standing by"
-        self.cancel(ctx, State.FAILED, f"no authenticated contact: leg finished, {then}")
+        self.cancel(ctx, RequestState.FAILED, f"no authenticated contact: leg finished, {then}")
         if back:
             self.mission = self._way_back()
             self.tell("DECISION", ctx, "no authenticated contact: back to the start along the driven way")
@@ -175,14 +175,16 @@ class Tasks:
         fences = ctx.fences if fenced else ()
         beyond = next(filter(None, (_beyond(self._gdem, goal) or goal_refused(fences, goal) for goal in goals)), "")
         if beyond:
-            self._downlink.report(order.request_id, State.FAILED, beyond)
+            self._downlink.report(order.request_id, RequestState.FAILED, beyond)
         return not beyond
 
     def _set_out(self, order: Order, mission: Mission, ctx: Context) -> None:
-        self.cancel(ctx, State.CANCELLED, f"another {order.name} came")
+        self.cancel(ctx, RequestState.CANCELLED, f"another {order.name} came")
         self.mission, self._id, self.standby_after_leg = mission, order.request_id, False
         self.change(order.name, ctx, f"goal {mission.goal[0]:.2f} {mission.goal[1]:.2f}")
-        self._downlink.report(order.request_id, State.STARTED, f"to {mission.goal[0]:.2f}, {mission.goal[1]:.2f}")
+        self._downlink.report(
+            order.request_id, RequestState.STARTED, f"to {mission.goal[0]:.2f}, {mission.goal[1]:.2f}"
+        )
 
     def _turn(self, order: Order, ctx: Context) -> None:
         self._set_moving(order, TurnTo(self._parameters.config, order.number("heading_rad")), ctx)
@@ -190,27 +192,29 @@ class Tasks:
     def _drive(self, order: Order, ctx: Context) -> None:
         twist = Twist(order.number("vx_mps"), order.number("vy_mps"), order.number("yaw_radps"))
         bounds = order.number("duration_s"), order.number("distance_m")
-        self._set_moving(order, Drive(self._parameters.config, twist, *bounds), ctx)
+        self._set_moving(order, TwistMove(self._parameters.config, twist, *bounds), ctx)
 
     def _set_moving(self, order: Order, move: Move, ctx: Context) -> None:
         if ctx.held:
-            self._downlink.report(order.request_id, State.FAILED, "the rover is held by a fault; see faults list")
+            self._downlink.report(
+                order.request_id, RequestState.FAILED, "the rover is held by a fault; see faults list"
+            )
             return
-        self.cancel(ctx, State.CANCELLED, f"another {order.name} came")
+        self.cancel(ctx, RequestState.CANCELLED, f"another {order.name} came")
         self.move, self._id = move, order.request_id
         self.change(order.name, ctx, f"station {order.station}")
-        self._downlink.report(order.request_id, State.STARTED)
+        self._downlink.report(order.request_id, RequestState.STARTED)
 
     def _map_clear(self, order: Order, ctx: Context) -> None:
         self.memory, self._gdem = None, self._from_orbit
         self.tell("MAP_CLEARED", ctx, f"by station {order.station}")
-        self._downlink.report(order.request_id, State.COMPLETED, "no map; the next goto scans ahead and behind")
+        self._downlink.report(order.request_id, RequestState.COMPLETED, "no map; the next goto scans ahead and behind")
 
     # -- reports -----------------------------------------------------------------------------------------------
 
     def _report(self, progress: list[str]) -> None:
         if progress and self._id is not None:
-            self._downlink.report(self._id, State.PROGRESS, progress[-1])
+            self._downlink.report(self._id, RequestState.PROGRESS, progress[-1])
         progress.clear()
 
     def _tell_way(self, way: Prediction) -> None:
@@ -220,9 +224,9 @@ class Tasks:
         object_id = self._downlink.offer(WAY, way.to_json(**who), WAY_CODEC, priority=1)
         if self._id is not None:
             figures = (object_id, way.length_m, way.time_s) if way.leads else (object_id,)
-            self._downlink.report(self._id, State.PROGRESS, way.words, figures)
+            self._downlink.report(self._id, RequestState.PROGRESS, way.words, figures)
 
-    def _finish(self, state: State, reason: str) -> None:
+    def _finish(self, state: RequestState, reason: str) -> None:
         if self._id is not None:
             self._downlink.report(self._id, state, reason)
             self._id = None

@@ -57,7 +57,7 @@ class TurnTo:
         return twist
 
 
-class Drive:
+class TwistMove:
     """Twist until `duration_s` have passed, including the time to steer, or base_link stops after `distance_m`."""
 
     def __init__(self, config: Config, twist: Twist, duration_s: float, distance_m: float) -> None:

@@ -18,7 +18,7 @@ from onboard.records import F32, U8
 _HELD_HERE = 3  # the place, the argument of getrefcount, the loop's name
 
 
-class Place(NamedTuple):
+class ScanBuffer(NamedTuple):
     """Arrays of one scan, as in `records.Scan`."""
 
     ranges_m: F32
@@ -36,7 +36,7 @@ class ScanRing:
         self._places = [_place(*self._shape) for _ in range(size)]
         self._next = 0
 
-    def take(self) -> Place:
+    def take(self) -> ScanBuffer:
         """Return the place for a new scan; its content is old."""
         at, self._next = self._next, (self._next + 1) % len(self._places)
         if _leased(self._places[at]):
@@ -45,12 +45,12 @@ class ScanRing:
         return self._places[at]
 
 
-def _leased(place: Place) -> bool:
+def _leased(place: ScanBuffer) -> bool:
     return any(array is not None and sys.getrefcount(array) > _HELD_HERE for array in place)
 
 
-def _place(beams: int, channels: int, echoes: int) -> Place:
-    return Place(
+def _place(beams: int, channels: int, echoes: int) -> ScanBuffer:
+    return ScanBuffer(
         np.empty(beams, np.float32),
         np.empty(beams, np.uint8),
         np.empty(beams, np.int32) if channels > 1 else None,

@@ -18,7 +18,7 @@ from onboard.devices.lidar.phases import Phase
 SEEDS = 8  # TM1 exchanges, one at a time
 
 
-class Told:
+class SensorInfo:
     """Sensor information. info: values of all replies so far, by key; model: the last one that PP described."""
 
     def __init__(self, config: Lidar) -> None:

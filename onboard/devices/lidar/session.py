@@ -23,7 +23,7 @@ from onboard.devices.lidar.connection import Link
 from onboard.devices.lidar.flood import MOST_FRAMES, FloodWatch
 from onboard.devices.lidar.pending_request import Talk
 from onboard.devices.lidar.phases import CONNECTING, EXCHANGES, PASSING, SEEDING, Phase
-from onboard.devices.lidar.sensor_info import Told
+from onboard.devices.lidar.sensor_info import SensorInfo
 from onboard.devices.lidar.stream import ScanStream
 from onboard.devices.lidar.watch import CAUSES
 from onboard.records import Chunk, PortState, Scan
@@ -58,7 +58,7 @@ class LidarSession:
         self.complaint = ""
         self._config = config
         self._stream = ScanStream(config, self.counts)
-        self._talk, self._told = Talk(self._stream), Told(config)
+        self._talk, self._told = Talk(self._stream), SensorInfo(config)
         self._splitter, self._link, self.flood = scip.Splitter(), Link(), FloodWatch()
         self._wanted, self._turns = False, 1
         self._wanted_ns: int | None = None

@@ -15,7 +15,7 @@ SUFFIXES = {".asc": ASCReader, ".blf": BLFReader}
 
 
 def messages_of(path: Path) -> Iterator[tuple[int, int, bytes, str]]:
-    """Yield (stamp in ns, id, data, kind) of each message; kind as in onboard.bringup.can.candump.Heard.
+    """Yield (stamp in ns, id, data, kind) of each message; kind as in onboard.bringup.can.candump.ReceivedFrame.
 
     Raises OSError for a file that cannot be read, ValueError for one that is damaged.
     """

@@ -22,16 +22,16 @@ from typing import Self
 from onboard.config import Config, ConfigError
 from onboard.drivers.link.saved_state import HOLD_NS, LinkMemory
 from onboard.records import LinkMessage, PortState
-from onboard.records.status import EPOCH, UNKEPT, Save, Saved
+from onboard.records.status import EPOCH, UNKEPT, Save, SaveResult
 from protocol import WireError
 from protocol.link import carrier
 from protocol.link.datagrams import (
     DOWNLINK_KEY_ID,
     KEY_DOWN,
     KEY_UP,
+    CheckedDatagram,
     Keyring,
     LinkKeys,
-    Opened,
     Opener,
     Sealer,
     bench_keys,
@@ -137,7 +137,7 @@ def checked(opener: Opener, datagram: bytes, stamp_ns: int) -> LinkMessage:
     return heard(opened, stamp_ns)
 
 
-def heard(opened: Opened, stamp_ns: int, verdict: str = "ok") -> LinkMessage:
+def heard(opened: CheckedDatagram, stamp_ns: int, verdict: str = "ok") -> LinkMessage:
     """Return the message for the core of a datagram that passed its checks."""
     return LinkMessage(stamp_ns, True, verdict, opened.station, opened.kind, opened.payload)
 
@@ -151,7 +151,7 @@ class Gate:
     def __init__(self, keys: LinkKeys, boot_id: int, memory: LinkMemory) -> None:
         self._memory = memory
         self._opener = Opener(keys.command, boot_id=boot_id, epoch=memory.epoch, marks=memory.marks)
-        self._held: list[tuple[int, Opened, Future[bool]]] = []
+        self._held: list[tuple[int, CheckedDatagram, Future[bool]]] = []
 
     def use(self, epoch: int) -> None:
         """Switch to this epoch."""
@@ -210,7 +210,7 @@ class LinkPort:
         self._downlink = keys.downlink
         self._sealer = Sealer(self._key(self._memory.epoch), DOWNLINK_KEY_ID, boot_id, epoch=self._memory.epoch)
         self._gate = Gate(keys, boot_id, self._memory)
-        self._switching: list[Future[Saved]] = []
+        self._switching: list[Future[SaveResult]] = []
         self._sent = 0
         self.clock_ns: Callable[[], int] = time.monotonic_ns
         try:
@@ -293,7 +293,7 @@ class LinkPort:
             if save.name == EPOCH:
                 self._switching.append(self._memory.switch(int(save.data)))
 
-    def collect(self) -> tuple[Saved, ...]:
+    def collect(self) -> tuple[SaveResult, ...]:
         """Return the results of finished switches; from then on the port uses the new epoch."""
         saved = tuple(each.result() for each in self._switching if each.done())
         self._switching = [each for each in self._switching if not each.done()]

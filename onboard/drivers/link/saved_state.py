@@ -18,7 +18,7 @@ from typing import TypeVar
 
 from onboard.config import ConfigError
 from onboard.drivers.storage.map_tiles import write_whole
-from onboard.records.status import EPOCH, Saved
+from onboard.records.status import EPOCH, SaveResult
 from protocol.link.keyring import Keyring, LinkKeys
 
 T = TypeVar("T")
@@ -60,18 +60,18 @@ class LinkMemory:
         text = json.dumps(self._kept, sort_keys=True).encode()
         return self._submitted(lambda: self._write(MARKS, text))
 
-    def switch(self, epoch: int) -> Future[Saved]:
+    def switch(self, epoch: int) -> Future[SaveResult]:
         """Start to save an epoch; it is in force when that is done without an error. The error has the reason."""
         return self._submitted(lambda: self._switch(epoch))
 
-    def _switch(self, epoch: int) -> Saved:
+    def _switch(self, epoch: int) -> SaveResult:
         if epoch not in self._loaded:
             known = " ".join(map(str, self._loaded))
-            return Saved(EPOCH, f"epoch {epoch} is not loaded in both of the rover's key files; loaded: {known}")
+            return SaveResult(EPOCH, f"epoch {epoch} is not loaded in both of the rover's key files; loaded: {known}")
         if not self._write(f"{EPOCH}.json", b"%d" % epoch):
-            return Saved(EPOCH, f"epoch {epoch} cannot be kept: the disk refuses")
+            return SaveResult(EPOCH, f"epoch {epoch} cannot be kept: the disk refuses")
         self.epoch = epoch
-        return Saved(EPOCH)
+        return SaveResult(EPOCH)
 
     def _submitted(self, work: Callable[[], T]) -> Future[T]:
         future = self._pool.submit(work)

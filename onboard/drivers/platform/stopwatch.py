@@ -48,7 +48,7 @@ class Stopwatch:
         return Timing(late_ns, self.group_ns, job_ns)
 
 
-class Unmeasured(Stopwatch):
+class NullStopwatch(Stopwatch):
     """Stopwatch of lock-step, which measures nothing: the machine's time is not part of the run."""
 
     def begin(self) -> None:

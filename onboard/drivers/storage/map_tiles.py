@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from onboard.perception.tiles import Tile, TileError, cut, decode, encode
 from onboard.records import Ldem
-from onboard.records.status import Saved
+from onboard.records.status import SaveResult
 
 if TYPE_CHECKING:
     from onboard.perception.stop_map import StopMap
@@ -36,7 +36,7 @@ class TileFile:
 
 
 @dataclass(frozen=True, slots=True)
-class Kept:
+class FolderContent:
     """Content of a folder: tiles in the order of their names, and a line for each file that was dropped."""
 
     files: tuple[TileFile, ...] = ()
@@ -53,7 +53,7 @@ def name_of(tile: Tile) -> str:
     return f"x{tile.i:+05d}_y{tile.j:+05d}{SUFFIX}"
 
 
-def load(folder: Path, cell_m: float = 0.0) -> Kept:
+def load(folder: Path, cell_m: float = 0.0) -> FolderContent:
     """Load the tiles of a folder with cells of `cell_m`; 0: the cell size that most tiles have.
 
     Raises OSError if the folder cannot be listed; an unusable file is dropped with a message.
@@ -70,7 +70,7 @@ def load(folder: Path, cell_m: float = 0.0) -> Kept:
     wanted_m = cell_m or _most_common(files)
     others = [file for file in files if file.tile.cells.grid.cell_m != wanted_m]
     dropped += [f"{f.path} has cells of {f.tile.cells.grid.cell_m:g} m; this map's are {wanted_m:g} m" for f in others]
-    return Kept(tuple(file for file in files if file not in others), tuple(sorted(dropped)))
+    return FolderContent(tuple(file for file in files if file not in others), tuple(sorted(dropped)))
 
 
 def _read(path: Path) -> TileFile:
@@ -137,7 +137,7 @@ class Keeper:
 
     def __init__(self, folder: str, memory: StopMap | None, tell: Callable[[str], None], wait: bool = False) -> None:
         self._wait = wait
-        self._running: list[Future[Saved]] = []
+        self._running: list[Future[SaveResult]] = []
         self._folder = Path(folder) if folder else None
         self._given, self._tell = memory, tell
         self._saved: Ldem | None = memory.cells if memory else None
@@ -157,7 +157,7 @@ class Keeper:
             return
         self._running.append(self._pool.submit(self._save, self._folder, memory))
 
-    def collect(self) -> tuple[Saved, ...]:
+    def collect(self) -> tuple[SaveResult, ...]:
         """Return the results that are ready, in the order of the requests."""
         done = []
         while self._running and (self._wait or self._running[0].done()):
@@ -171,18 +171,18 @@ class Keeper:
             for stray in self._folder.glob(f"*{TEMPORARY}"):
                 stray.unlink()
 
-    def _save(self, folder: Path, memory: StopMap) -> Saved:
+    def _save(self, folder: Path, memory: StopMap) -> SaveResult:
         try:
             folder.mkdir(parents=True, exist_ok=True)
             for tile in cut(memory.cells, memory.target_points, self._saved):
                 save(folder, tile)
         except OSError as error:
             self._tell(f"the map is not saved in {folder}: {error.strerror or error}")
-            return Saved("map", f"not kept: {error.strerror or error}")
+            return SaveResult("map", f"not kept: {error.strerror or error}")
         self._saved = memory.cells
-        return Saved("map")
+        return SaveResult("map")
 
-    def _clear(self, folder: Path) -> Saved:
+    def _clear(self, folder: Path) -> SaveResult:
         """Delete the tiles by order of the operator: the map must not come back at the next start."""
         try:
             for path in folder.glob(f"*{SUFFIX}"):
@@ -190,9 +190,9 @@ class Keeper:
             _force(folder)
         except OSError as error:
             self._tell(f"the map in {folder} is not cleared: {error.strerror or error}")
-            return Saved("map", f"not cleared: {error.strerror or error}")
+            return SaveResult("map", f"not cleared: {error.strerror or error}")
         self._saved = None
-        return Saved("map")
+        return SaveResult("map")
 
     def close(self) -> None:
         """Wait until all is saved."""

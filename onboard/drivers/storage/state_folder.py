@@ -10,7 +10,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 from onboard.drivers.storage.map_tiles import write_whole
-from onboard.records.status import EPOCH, Save, Saved
+from onboard.records.status import EPOCH, Save, SaveResult
 
 NAMES = ("parameters", "fences", "pose", EPOCH)  # the last is written by the link's port
 BOOTS, MOST_BOOTS = "boots.json", 2**32 - 1  # the link has four bytes for it
@@ -56,26 +56,26 @@ class StateFolder:
     def __init__(self, folder: str, wait: bool) -> None:
         self._folder, self._wait = Path(folder), wait
         self._pool = ThreadPoolExecutor(max_workers=1, thread_name_prefix="state")
-        self._running: list[Future[Saved]] = []
+        self._running: list[Future[SaveResult]] = []
 
     def start(self, saves: Sequence[Save]) -> None:
         """Start to write these; a later `collect` returns each result."""
         self._running += [self._pool.submit(self._write, save) for save in saves]
 
-    def collect(self) -> tuple[Saved, ...]:
+    def collect(self) -> tuple[SaveResult, ...]:
         """Return the results that are ready, in the order of the requests."""
         done = []
         while self._running and (self._wait or self._running[0].done()):
             done.append(self._running.pop(0).result())
         return tuple(done)
 
-    def _write(self, save: Save) -> Saved:
+    def _write(self, save: Save) -> SaveResult:
         try:
             self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             write_whole(self._folder / f"{save.name}.json", save.data)
         except OSError as error:
-            return Saved(save.name, f"not kept: {error.strerror or error}")
-        return Saved(save.name)
+            return SaveResult(save.name, f"not kept: {error.strerror or error}")
+        return SaveResult(save.name)
 
     def close(self) -> None:
         """Wait until all is written."""

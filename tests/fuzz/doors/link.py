@@ -19,8 +19,8 @@ from protocol import WireError
 from protocol.ccsds import packet_table, space_packets
 from protocol.generated import eldorado_dialect as dialect
 from protocol.link import bulk_wire
-from protocol.link.datagrams import DOWNLINK_KEY_ID, Kind, Sealer, bench_keys
-from protocol.link.reports import Report, State, encode_report
+from protocol.link.datagrams import DOWNLINK_KEY_ID, DatagramKind, Sealer, bench_keys
+from protocol.link.reports import Report, RequestState, encode_report
 from protocol.tables import commands
 from protocol.visible import visible
 from tests.fuzz.damage import Rng, real
@@ -62,13 +62,13 @@ def _ours() -> tuple[Any, ...]:
     return tuple(dialect.mavlink_map.values())
 
 
-def _payload(rng: Rng, requests: list[int]) -> tuple[Kind, bytes]:
+def _payload(rng: Rng, requests: list[int]) -> tuple[DatagramKind, bytes]:
     """Return a payload that an insider sends as a rover."""
     text = str(rng.choice(_TEXTS))
     match int(rng.integers(0, 5)):
         case 0:
             message = _ours()[int(rng.integers(0, len(_ours())))]
-            return Kind.MAVLINK, b"".join(frame(dialect, message, fields(message, rng)) for _ in range(3))
+            return DatagramKind.MAVLINK, b"".join(frame(dialect, message, fields(message, rng)) for _ in range(3))
         case 1:
             event = dialect.MAVLink_event_message(
                 int(rng.integers(0, 2**62)),
@@ -77,12 +77,16 @@ def _payload(rng: Rng, requests: list[int]) -> tuple[Kind, bytes]:
                 text.encode()[:16],
                 text.encode()[:100],
             )
-            return Kind.MAVLINK, bytes(event.pack(dialect.MAVLink(None)))
+            return DatagramKind.MAVLINK, bytes(event.pack(dialect.MAVLink(None)))
         case 2:
             asked = int(rng.choice(requests)) if requests else 1
             data = tuple(real(rng) for _ in range(int(rng.integers(0, 4))))
-            serial, state, code = int(rng.integers(0, 256)), State(int(rng.integers(1, 8))), int(rng.integers(0, 12))
-            return Kind.REPORT, encode_report(Report(asked, 1, serial, state, code, text, data))
+            serial, state, code = (
+                int(rng.integers(0, 256)),
+                RequestState(int(rng.integers(1, 8))),
+                int(rng.integers(0, 12)),
+            )
+            return DatagramKind.REPORT, encode_report(Report(asked, 1, serial, state, code, text, data))
         case 3:
             name = str(rng.choice([*samples(), text])).encode()[:200]
             body = (
@@ -96,15 +100,15 @@ def _payload(rng: Rng, requests: list[int]) -> tuple[Kind, bytes]:
                 + name
                 + b"json"
             )
-            return Kind.BULK_CHUNK, bulk_wire.CHUNK.pack(int(rng.integers(0, 3)), 1, 0xFFFF) + body
+            return DatagramKind.BULK_CHUNK, bulk_wire.CHUNK.pack(int(rng.integers(0, 3)), 1, 0xFFFF) + body
     head = bulk_wire.CHUNK.pack(int(rng.integers(0, 3)), int(rng.integers(0, 9)), int(rng.choice((0, 1, 65533, 65534))))
-    return Kind.BULK_CHUNK, head + rng.bytes(int(rng.integers(0, 40)))
+    return DatagramKind.BULK_CHUNK, head + rng.bytes(int(rng.integers(0, 40)))
 
 
 # -- telemetry: payloads of who holds the downlink key -----------------------------------------------------------------
 
 _REQUESTS = (("get", {"product": "ldem"}), ("goto", {"x_m": 1.0, "y_m": 2.0}), ("param_list", {}))
-_KINDS = tuple(Kind)
+_KINDS = tuple(DatagramKind)
 
 
 @cache
@@ -127,8 +131,8 @@ def _made_telemetry(rng: Rng) -> bytes:
     return join(parts)
 
 
-def _payload_of(part: bytes) -> tuple[Kind, bytes]:
-    return _KINDS[part[0] % len(_KINDS)] if part else Kind.MAVLINK, part[1:1101]
+def _payload_of(part: bytes) -> tuple[DatagramKind, bytes]:
+    return _KINDS[part[0] % len(_KINDS)] if part else DatagramKind.MAVLINK, part[1:1101]
 
 
 def _feed_telemetry(data: bytes) -> None:
@@ -161,7 +165,7 @@ def _feed_telemetry(data: bytes) -> None:
 def _made_forged(rng: Rng) -> bytes:
     key = rng.bytes(32) if rng.random() < 0.5 else bench_keys(7).downlink.key(DOWNLINK_KEY_ID)
     sealer = Sealer(key, DOWNLINK_KEY_ID, 1)
-    return join(sealer.seal(Kind.MAVLINK, rng.bytes(int(rng.integers(0, 200)))) for _ in range(20))
+    return join(sealer.seal(DatagramKind.MAVLINK, rng.bytes(int(rng.integers(0, 200)))) for _ in range(20))
 
 
 def _feed_forged(data: bytes) -> None:

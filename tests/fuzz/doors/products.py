@@ -17,11 +17,11 @@ from ground.link.news import ProductHeard
 from ground.products import files, preview
 from ground.products.preview import NoMapError
 from onboard.config import Config
-from onboard.parameters import Settings, listing
+from onboard.parameters import ParameterSet, listing
 from protocol import WireError
 from protocol.link.bulk import Product
 from protocol.products import LdemProduct, MapGrid, encode_ldem, ldem, scan
-from protocol.products.nsp import Explanation, Place, encode_nsp
+from protocol.products.nsp import Candidate, Explanation, encode_nsp
 from protocol.products.packing import compress, pack_integers
 from protocol.products.pose_map import PoseMap, encode_poses
 from protocol.products.scan import ScanProduct, encode_scan
@@ -74,7 +74,7 @@ def samples() -> dict[str, tuple[bytes, ...]]:
         "the way shrinks",
         341,
         400,
-        (Place(1, 2, *[0.5] * 9),),
+        (Candidate(1, 2, *[0.5] * 9),),
         {"not free": 50},
     )
     record = io.BytesIO()
@@ -89,7 +89,7 @@ def samples() -> dict[str, tuple[bytes, ...]]:
         "nsp": (encode_nsp(told),),
         "record": (record.getvalue(),),
         "way": (json.dumps(_WAY).encode(),),
-        "parameters": (listing(Settings(Config())).encode()[:3000],),
+        "parameters": (listing(ParameterSet(Config())).encode()[:3000],),
     }
 
 

@@ -31,12 +31,12 @@ from protocol import WireError, barrier
 from protocol.can.crc import crc8, seed
 from protocol.conventions import TICK_NS
 from protocol.generated.can_codec import TABLE
-from protocol.link.datagrams import Kind, Opener, Sealer, bench_keys
+from protocol.link.datagrams import DatagramKind, Opener, Sealer, bench_keys
 from protocol.link.reports import Report, decode_report
 from protocol.scip import FRAME_LIMIT
 from protocol.tables import commands
 from protocol.tables.arguments import Argument
-from protocol.tables.arguments import Kind as Written
+from protocol.tables.arguments import ArgumentKind as Written
 from tests.fuzz.damage import Rng, real
 from tests.fuzz.door import Door, join, split
 from tests.onboard.lidar_rig import Rig
@@ -75,7 +75,7 @@ class Standing:
         for frame in outputs.can_frames:
             self.nodes.receive(frame, now_ns)
         for kind, payload in outputs.link_payloads:
-            if kind == Kind.REPORT:
+            if kind == DatagramKind.REPORT:
                 report = decode_report(payload)
                 self.reports.append(report)
                 self.stops += report.request_id == _STOP_ID and report.state.name == "COMPLETED"
@@ -86,7 +86,7 @@ class Standing:
         """Assert that an order to stop of another station is executed, and that nothing is to move after it."""
         order = commands.encode(commands.Telecommand(_STOP_ID, self.number * TICK_NS, 0, "stop", {}))
         for _ in range(STOP_TICKS):
-            outputs = self.tick(messages=((_OTHER, Kind.TELECOMMAND, order),))
+            outputs = self.tick(messages=((_OTHER, DatagramKind.TELECOMMAND, order),))
             if self.stops:
                 break
         assert self.stops, "no report that the stop was executed"
@@ -254,11 +254,11 @@ def _order(rng: Rng, now_ns: int = TICK_NS) -> bytes:
 
 
 def _made_orders(rng: Rng) -> bytes:
-    kinds = [Kind.TELECOMMAND] * 6 + [Kind.BULK_BITMAP, Kind.REPORT]
+    kinds = [DatagramKind.TELECOMMAND] * 6 + [DatagramKind.BULK_BITMAP, DatagramKind.REPORT]
     parts = []
     for _ in range(int(rng.integers(1, 10))):
         kind = kinds[int(rng.integers(0, len(kinds)))]
-        payload = _order(rng) if kind is Kind.TELECOMMAND else rng.bytes(int(rng.integers(0, 60)))
+        payload = _order(rng) if kind is DatagramKind.TELECOMMAND else rng.bytes(int(rng.integers(0, 60)))
         parts.append(bytes([kind, int(rng.integers(1, 5))]) + payload)
     return join(parts)
 
@@ -279,7 +279,7 @@ def _made_datagrams(rng: Rng) -> bytes:
     return join(
         sealer.seal_halt(commands.encode(commands.Telecommand(1, 0, 0, "stop", {})))
         if rng.random() < 0.2
-        else sealer.seal(Kind.TELECOMMAND, _order(rng))
+        else sealer.seal(DatagramKind.TELECOMMAND, _order(rng))
         for _ in range(int(rng.integers(1, 9)))
     )
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 
-from onboard.core.faults.wheels.seen import LEAST_MPS, TICK_S, Seen, speed_mps
+from onboard.core.faults.wheels.seen import LEAST_MPS, TICK_S, WheelInputs, speed_mps
 from onboard.native.elementary import cos, sin
 
 LEAST_RAD = math.radians(1.5)  # a smaller offset is ignored
@@ -40,7 +40,7 @@ class OffsetWatch:
         """True while a reading is off and the reason is not known yet."""
         return self.verdict is None and abs(self.off_rad) >= LEAST_RAD
 
-    def update(self, off_rad: float, rim_m: float, seen: Seen, n: int) -> None:
+    def update(self, off_rad: float, rim_m: float, seen: WheelInputs, n: int) -> None:
         """Process one tick. off_rad: offset of the reading of wheel `n` (from 0); rim_m: distance its rim rolled."""
         if off_rad != self.off_rad:
             self.off_rad, self.verdict = off_rad, None

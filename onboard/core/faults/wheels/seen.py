@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from onboard.motion.odometry import Step
+from onboard.motion.odometry import OdometryStep
 from onboard.native.elementary import hypot
 from onboard.records import ImuSample, Twist, WheelCommand, WheelState
 from protocol.conventions import TICK_NS
@@ -16,7 +16,7 @@ FRESH_NS = 30_000_000
 LEAST_MPS = 0.04  # slower wheels do not drive the rover: they start, or turn it on the spot
 
 
-class Seen(NamedTuple):
+class WheelInputs(NamedTuple):
     """One tick. Wheels 1 to 4 in each sequence.
 
     now_ns: time of the tick.
@@ -34,12 +34,12 @@ class Seen(NamedTuple):
     wheels: Sequence[WheelState | None]
     currents_a: Sequence[float | None]
     imu: ImuSample | None
-    step: Step
+    step: OdometryStep
     turn_radps: float
     slip_ratio: float
 
 
-def unheard(seen: Seen) -> Seen:
+def unheard(seen: WheelInputs) -> WheelInputs:
     """Return the inputs of a left-out tick after `seen`: no data; the next tick's step contains its motion."""
     wheels = tuple(state and state._replace(age_ns=TICK_NS) for state in seen.wheels)
     return seen._replace(

@@ -19,7 +19,7 @@ import math
 from collections import deque
 
 from onboard.core.faults.wheels.body_speed import DRIVING_S, SLOW_S, SUSPECT_S, BodySpeed
-from onboard.core.faults.wheels.seen import LEAST_MPS, TICK_S, Seen, speed_mps
+from onboard.core.faults.wheels.seen import LEAST_MPS, TICK_S, WheelInputs, speed_mps
 from onboard.core.faults.wheels.shaking import Shaking
 from onboard.native.elementary import total
 from onboard.records import Twist
@@ -50,7 +50,7 @@ class SlipWatch:
         self._turns: deque[float] = deque(maxlen=PIECES)
         self._turn_rad = self._way_m = 0.0
 
-    def update(self, seen: Seen, strays: bool) -> None:
+    def update(self, seen: WheelInputs, strays: bool) -> None:
         """Process one tick; without an IMU nothing is judged. strays: only the ground can turn the rover off course."""
         if seen.imu is None:
             return
@@ -77,7 +77,7 @@ class SlipWatch:
             return SLOW_S
         return SUSPECT_S if 0 < self._suspect < SUSPECT_TICKS else DRIVING_S
 
-    def _judge(self, seen: Seen) -> bool:
+    def _judge(self, seen: WheelInputs) -> bool:
         """Set `shortfall`; return False if the wheels are too slow to judge."""
         twist = seen.step.twist
         speed = speed_mps(twist)
@@ -105,13 +105,13 @@ class SlipWatch:
             self._stopped = SETTLE_TICKS if shakes else self._stopped + 1
             self._doubted += 1
 
-    def _conclude(self, seen: Seen) -> None:
+    def _conclude(self, seen: WheelInputs) -> None:
         slips = self._high >= HIGH_TICKS or abs(total(self._turns)) > ASTRAY_RAD or seen.slip_ratio > HIGH
         self._calm = 0 if slips or self.shortfall > CALM else self._calm + 1
         self.high = slips or (self.high and self._calm < CALM_TICKS)
         self.still = (self.still or self._stopped >= STILL_TICKS) and self._stood < STOOD_TICKS
 
-    def _stray(self, seen: Seen) -> None:
+    def _stray(self, seen: WheelInputs) -> None:
         self._turn_rad += seen.turn_radps * TICK_S - seen.step.dyaw_rad
         self._way_m += seen.step.rolled_m
         if self._way_m >= ASTRAY_M:

@@ -12,11 +12,11 @@ from onboard.config import Rover
 from onboard.core.faults.wheels.blocks import WheelBlocks
 from onboard.core.faults.wheels.drive import drive_word, encoder_bad
 from onboard.core.faults.wheels.offset import OffsetWatch
-from onboard.core.faults.wheels.seen import Seen, unheard
+from onboard.core.faults.wheels.seen import WheelInputs, unheard
 from onboard.core.faults.wheels.slip import SlipWatch
 from onboard.core.faults.wheels.steering import SteerWatch
 from onboard.motion.kinematics import wheel_places
-from onboard.motion.wheel_health import SOUND, Drive, WheelHealth, Wheels
+from onboard.motion.wheel_health import SOUND, DriveHealth, WheelHealth, Wheels
 from onboard.native.elementary import total
 from onboard.records import WheelCommand, WheelState
 from protocol.conventions import TICK_NS
@@ -24,7 +24,7 @@ from protocol.conventions import TICK_NS
 WHEEL_ROWS = (
     "ENCODER_BAD", "WHEEL_STUCK", "WHEEL_FREE", "WHEEL_WEAK", "STEER_STUCK", "STEER_OFFSET", "SLIP_HIGH", "NOT_MOVING",
 )  # fmt: skip
-DRIVE_OF = {"WHEEL_STUCK": Drive.STUCK, "WHEEL_FREE": Drive.FREE, "WHEEL_WEAK": Drive.FREE}
+DRIVE_OF = {"WHEEL_STUCK": DriveHealth.STUCK, "WHEEL_FREE": DriveHealth.FREE, "WHEEL_WEAK": DriveHealth.FREE}
 MOST_LEFT_OUT = 100  # ticks; after a longer pause the wheels' nodes have stopped the wheels
 
 
@@ -36,7 +36,7 @@ class WheelWatch:
         q_m2 = total(a * a + b * b for a, b in places)
         self.health: Wheels = SOUND
         self.slip = SlipWatch()
-        self._seen: Seen | None = None
+        self._seen: WheelInputs | None = None
         self._found: dict[str, tuple[int, ...]] = {}
         self._radius_m = rover.wheel_radius_m
         self._drives = [WheelBlocks() for _ in places]
@@ -52,7 +52,7 @@ class WheelWatch:
         rover = {"SLIP_HIGH": self.slip.high, "NOT_MOVING": self.slip.still}
         return {**self._found, **{name: () for name, holds in rover.items() if holds}}
 
-    def update(self, seen: Seen) -> None:
+    def update(self, seen: WheelInputs) -> None:
         """Process one tick, and before it the ticks left out since the last: the wheels turned on meanwhile."""
         before, self._seen = self._seen or seen, seen
         for _ in range(min((seen.now_ns - before.now_ns) // TICK_NS - 1, MOST_LEFT_OUT)):
@@ -60,7 +60,7 @@ class WheelWatch:
             self._take(before)
         self._take(seen)
 
-    def _take(self, seen: Seen) -> None:
+    def _take(self, seen: WheelInputs) -> None:
         self.slip.update(seen, strays=not self._pulls_aside())
         for k in range(len(self._drives)):
             self._drive(k, seen)
@@ -78,7 +78,7 @@ class WheelWatch:
                 self._set_health(k, replace(self.health[k], steer_fixed_rad=None))
             else:
                 self._drives[k] = WheelBlocks()
-                cured = {"encoder": True} if name == "ENCODER_BAD" else {"drive": Drive.GOOD}
+                cured = {"encoder": True} if name == "ENCODER_BAD" else {"drive": DriveHealth.GOOD}
                 self._set_health(k, replace(self.health[k], **cured))
 
     def readings(self, wheels: Sequence[WheelState | None]) -> tuple[WheelState | None, ...]:
@@ -109,10 +109,10 @@ class WheelWatch:
         body = self.slip.body
         return (body.vx_mps, body.vy_mps, self.slip.shortfall, *(steer.off_rad for steer in self._steers))
 
-    def _drive(self, k: int, seen: Seen) -> None:
+    def _drive(self, k: int, seen: WheelInputs) -> None:
         watch, health = self._drives[k], self.health[k]
         closed = watch.update(seen.orders[k], seen.wheels[k], seen.currents_a[k])
-        if not closed or health.drive is not Drive.GOOD or not health.encoder:
+        if not closed or health.drive is not DriveHealth.GOOD or not health.encoder:
             return
         others_a = self._others_a(k)
         if encoder_bad(watch.blocks, others_a):
@@ -122,7 +122,7 @@ class WheelWatch:
         if name:
             self._find(name, k, replace(health, drive=DRIVE_OF[name]))
 
-    def _steer(self, k: int, seen: Seen) -> None:
+    def _steer(self, k: int, seen: WheelInputs) -> None:
         steer, offset, health = self._steers[k], self._offsets[k], self.health[k]
         steer.update(seen.orders[k], seen.wheels[k])
         if health.steer_fixed_rad is not None:
@@ -138,7 +138,7 @@ class WheelWatch:
 
     def _pulls_aside(self) -> bool:
         """Return whether a wheel is known to turn the rover, or its reading the odometry, instead of the ground."""
-        return any(h.drive is Drive.STUCK or h.steer_fixed_rad is not None for h in self.health) or any(
+        return any(h.drive is DriveHealth.STUCK or h.steer_fixed_rad is not None for h in self.health) or any(
             offset.open for offset in self._offsets
         )
 

@@ -12,7 +12,7 @@ from protocol.tables.modes import Mode
 RUNS = (Mode.AUTONOMOUS, Mode.TELEOP, Mode.SEQUENCE)
 
 
-class Seen(NamedTuple):
+class VehicleState(NamedTuple):
     """Present state of the rover.
 
     values: newest telemetry items in our units and frames.
