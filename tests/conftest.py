@@ -42,6 +42,7 @@ if os.environ.get(FOLDER):
     sys.meta_path.insert(0, KernelsOf(Path(os.environ[FOLDER]).resolve()))
 
 pytest_plugins = ["tests.copies"]
+collect_ignore = [] if importlib.util.find_spec("playwright") else ["page"]  # make test-page installs it and runs that
 
 settings.register_profile("timeless", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("timeless")

@@ -49,11 +49,19 @@ def test_texts_of_a_scenario_file_draw_nothing_on_the_terminal(tmp_path, capsys)
     assert fail(78, "\x1b[2J").exit_code == 78 and capsys.readouterr().err == "hil: \\x1b[2J\n"
 
 
-@pytest.mark.parametrize("words", [("explain", "wheel_stuk"), ("run", "wheel_stuk"), ("run", "tests")])
-def test_a_scenario_that_does_not_exist_is_one_line(words, capsys):
+@pytest.mark.parametrize(
+    "words, hint",
+    [
+        (("explain", "wheel_stuk"), "did you mean wheel_stuck?"),
+        (("run", "wheel_stuk"), "did you mean wheel_stuck?"),
+        (("run", "tests"), ""),
+    ],
+)
+def test_a_scenario_that_does_not_exist_is_one_line_with_the_nearest_name(words, hint, capsys):
     done = hil(*words)
     assert done.exit_code == 66
-    assert done.stderr == f"hil: no scenario {words[1]}; the bench's own are in `hil list`\n"
+    assert done.stderr.startswith(f"hil: no scenario {words[1]}; {hint}")
+    assert "`hil list`" in done.stderr and done.stderr.count("\n") == 1
 
 
 def test_what_means_nothing_over_sockets_is_refused_there():
