@@ -21,6 +21,7 @@ from hil.devices.lidar.command import main as lidar_command
 from hil.link.command import EPILOG as LINK_EPILOG
 from hil.link.command import main as link_command
 from hil.run import demo as after
+from hil.run import scenario_command
 from hil.run.options import (
     EX_CONFIG,
     EX_FAILED,
@@ -38,9 +39,8 @@ from hil.run.options import (
     waiting,
     write_report,
 )
-from hil.scenarios import command as scenario_command
+from hil.run.verify_command import verify
 from hil.scenarios.model import Scenario
-from hil.scenarios.verify_command import verify
 from hil.view.command import EPILOG as WATCH_EPILOG
 from hil.view.command import PORT, AfterOption, PortOption, WatchOption, check_film, film, shown
 from hil.view.command import main as watch_command

@@ -61,7 +61,7 @@ def test_the_tutorials_scenario_is_read_and_its_misspelt_fault_is_named(tmp_path
     assert read.expect.raises == ("WHEEL_STUCK",) and read.faults[0].target == 2
     path.write_text(path.read_text().replace('fault = "wheel_stuck"', 'fault = "wheel_stack"'))
     with pytest.raises(ConfigError, match="did you mean `wheel_stuck`"):
-        causes(load_scenario(path))
+        causes(load_scenario(path).faults)
 
 
 def test_the_tutorial_lists_every_key_of_expect():

@@ -1,4 +1,4 @@
-"""Generator of protocol/eldorado.lua, the Wireshark dissector of MAVLink messages and link datagrams.
+"""Generator of protocol/generated/eldorado.lua, the Wireshark dissector of MAVLink messages and link datagrams.
 
 python -m tools.make_dissector [OUTPUT]. pymavlink's generator writes the first part: the rover's messages and those of
 the gateway. The second part comes from the tables and structs of `protocol`; a struct whose fields are not all named
@@ -23,7 +23,7 @@ from protocol.tables.arguments import Argument, ArgumentKind
 from tools.make_dialect import KEPT, made
 
 ROOT = Path(__file__).resolve().parents[1]
-TARGET = ROOT / "protocol" / "eldorado.lua"
+TARGET = ROOT / "protocol" / "generated" / "eldorado.lua"
 GATEWAY = {
     "COMMAND_LONG", "COMMAND_INT", "COMMAND_ACK", "SET_MODE", "GLOBAL_POSITION_INT", "VFR_HUD", "HOME_POSITION",
     "GPS_GLOBAL_ORIGIN", "AUTOPILOT_VERSION", "PARAM_REQUEST_LIST", "PARAM_REQUEST_READ", "PARAM_SET", "PARAM_VALUE",

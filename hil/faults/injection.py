@@ -13,8 +13,8 @@ from hil.faults.can_faults import CAUSES, CanCause
 from hil.faults.computer_faults import COMPUTER_FAULTS
 from hil.faults.disk_faults import DISK_FAULTS
 from hil.faults.node_faults import NODE_FAULTS
+from hil.faults.plan import Injection
 from hil.faults.wheel_faults import WHEEL_FAULTS
-from hil.scenarios.model import Injection, Scenario
 from hil.world.world import World
 from onboard.config import ConfigError
 
@@ -163,10 +163,11 @@ def _check(faults: Iterable[Injection]) -> None:
             raise ConfigError(f"faults.fault = {fault.fault!r}: {hint}")
 
 
-def causes(scenario: Scenario) -> tuple[Cause, ...]:
-    """The row of each fault of a scenario, in order. Raises ConfigError for an unknown one, with the nearest name."""
-    _check(scenario.faults)
-    return tuple(INJECTIONS[fault.fault] for fault in scenario.faults)
+def causes(faults: Iterable[Injection]) -> tuple[Cause, ...]:
+    """The row of each fault, in order. Raises ConfigError for an unknown one, with the nearest name."""
+    faults = tuple(faults)
+    _check(faults)
+    return tuple(INJECTIONS[fault.fault] for fault in faults)
 
 
 class Injector:

@@ -19,7 +19,7 @@ from mcap.reader import make_reader
 from numpy.typing import NDArray
 
 from hil.link.impairment import Profile, load_profile
-from hil.run.processes import environment
+from hil.processes import environment
 from hil.scenarios.model import Scenario, scanner_of
 from hil.scenarios.verdicts import Facts, Verdict, judge
 from onboard.planning.archive import from_npz

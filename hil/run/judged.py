@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from hil.run.answers import Watcher
 from hil.run.in_process import CAMPAIGN_STEP_NS, InMemory
-from hil.scenarios.answers import Watcher
 from hil.scenarios.model import Scenario
 from hil.scenarios.verdicts import Expect, Facts, FirstDifference, Verdict, judge
 from hil.world.trace import Trace, first_difference

@@ -177,7 +177,7 @@ def fly(scenario: Scenario, out: Path, pace: float = 0.0, onboard_python: str = 
 
 def fly_mixed(scenario: Scenario, out: Path, lidar: str, can: str) -> None:
     """Run with real devices until Ctrl-C, which is the normal end."""
-    from hil.run.processes import ProcessDiedError
+    from hil.processes import ProcessDiedError
     from hil.run.realtime import Real
     from hil.run.realtime import fly as fly_beside
 

@@ -22,8 +22,8 @@ from pathlib import Path
 from hil.devices.can.hub import CanHub
 from hil.devices.can.socket import CanSocket
 from hil.devices.lidar.server import LidarServer
+from hil.processes import Processes, free_ports
 from hil.run.folder import check, cleared
-from hil.run.processes import Processes, free_ports
 from hil.scenarios.model import Scenario, fitting_of, flight_settings, ground_of, paths_in, set_words
 from hil.terrain import field_file
 from hil.terrain.field import Field

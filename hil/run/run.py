@@ -15,10 +15,10 @@ from hil.devices.can.socket import CanSocket
 from hil.faults.injection import Injector
 from hil.link.impairment import PROFILES
 from hil.plant.plant import PlantAbortError
+from hil.processes import ProcessDiedError, Processes, free_ports
 from hil.run.bench import Bench, BenchConnections
 from hil.run.folder import KEPT, check, cleared
 from hil.run.lockstep import ParticipantLostError
-from hil.run.processes import ProcessDiedError, Processes, free_ports
 from hil.scenarios.model import Scenario, fitting_of, flight_settings, ground_of, paths_in, script_of, set_words
 from hil.terrain import field_file
 from hil.terrain.fields import AcceptedField

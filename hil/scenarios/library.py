@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from hil.faults.injection import causes
-from hil.scenarios.model import Injection, Scenario, load_scenario, scanner_of
+from hil.faults.plan import Injection
+from hil.scenarios.model import Scenario, load_scenario, scanner_of
 from protocol.tables.faults import BY_NAME
 
 FOLDER = Path(__file__).parent / "data"
@@ -37,7 +38,7 @@ def explain(scenario: Scenario) -> Iterator[str]:
 
     Raises ConfigError for an unknown fault.
     """
-    known = causes(scenario)
+    known = causes(scenario.faults)
     yield scenario.about
     yield ""
     yield f"ground     {scenario.terrain}, seed {scenario.seed}"

@@ -14,6 +14,7 @@ from typing import Any
 from hil.devices.can.errors import SensorErrors
 from hil.devices.lidar.errors import LidarErrors, lidar_errors
 from hil.devices.lidar.profile import Profile, stamp_to_first_byte_ns
+from hil.faults.plan import Injection
 from hil.link.impairment import load_profile
 from hil.plant.rays.casters import CASTERS, DEFAULT
 from hil.plant.soil import CLASSES
@@ -27,7 +28,6 @@ from onboard.config import ConfigError, Lidar, from_tree, load, value
 from onboard.records import Pose
 from onboard.toml_text import TomlError, read_toml, shown
 
-WHEN = ("time", "sweep", "drive")
 LAG_GOAL_NS = 200_000  # `onboard lidar lag` is accurate to this
 PATHS = (
     "record.path",
@@ -45,20 +45,6 @@ _NUMBERS = (
     ("blackout_s", (), "pairs of start and end"), ("start", (0, 3), "x, y in metres and yaw in degrees"),
     ("goal", (0, 2), "x, y in metres"),
 )  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True)
-class Injection:
-    """One fault to inject; the fields' meanings are in their `value` texts.
-
-    The fault begins `after_s` after `when` is first true and lasts `for_s`.
-    """
-
-    fault: str = value("", "row of hil.faults.injection.INJECTIONS")
-    when: str = value("time", "start of the count: time, first sweep, first drive", one_of=WHEN)
-    after_s: float = value(0.0, "seconds after that", low=0, high=1e6)
-    for_s: float = value(1e9, "how long", low=0, high=1e9)
-    target: int = value(0, "wheel, node, CAN id or percent, as the fault needs", low=0, high=0x7FF)
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from hil.run.processes import Processes
+from hil.processes import Processes
 from hil.view.port import address, check_port
 
 RECORDS = ("truth.mcap", "onboard.mcap", "field.npz")

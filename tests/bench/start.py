@@ -17,7 +17,7 @@ from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
 
-from hil.run.processes import free_ports
+from hil.processes import free_ports
 from tests.bench.goals import Measured
 
 NEEDED = ("numpy", "scipy.linalg", "scipy.ndimage", "small_gicp", "fastcrc", "zenoh", "mcap.writer", "click",

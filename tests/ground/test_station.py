@@ -18,7 +18,7 @@ from ground.station.memory import COUNTERS, GAP, Memory
 from ground.station.settings import StationSettings
 from ground.station.station import Station
 from ground.station.user import by_hand
-from hil.run.processes import free_ports
+from hil.processes import free_ports
 from onboard.config import ConfigError
 from onboard.drivers.link.port import LinkPort
 from protocol import barrier

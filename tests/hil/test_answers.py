@@ -4,9 +4,9 @@ from types import SimpleNamespace
 
 import pytest
 
+from hil.run.answers import Spans, Watcher
+from hil.run.evidence import SHOWS, Sight
 from hil.run.judged import Twins, fly
-from hil.scenarios.answers import Spans, Watcher
-from hil.scenarios.evidence import SHOWS, Sight
 from hil.scenarios.library import find, scenarios
 from hil.scenarios.model import load_scenario
 from hil.scenarios.verdicts import FaultResponse

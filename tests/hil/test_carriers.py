@@ -16,7 +16,7 @@ from ground.station.clock import first_nonce
 from hil.link.emulator import LinkEmulator
 from hil.link.impairment import Impairment, Profile
 from hil.link.udp_relay import UdpRelay
-from hil.run.processes import free_ports
+from hil.processes import free_ports
 from onboard.config import Link
 from onboard.core.downlink import Downlink
 from onboard.core.telemetry import TelemetryInputs

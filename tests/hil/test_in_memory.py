@@ -9,9 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from hil.faults.plan import Injection
 from hil.run.in_process import CAMPAIGN_STEP_NS, InMemory, goto
 from hil.run.run import run
-from hil.scenarios.model import Injection, Scenario, load_scenario
+from hil.scenarios.model import Scenario, load_scenario
 from hil.world.operator import TimedCommand
 from protocol.conventions import TICK_NS
 from protocol.link.transactions import RequestState

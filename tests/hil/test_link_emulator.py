@@ -11,7 +11,7 @@ import zenoh
 
 from hil.link.emulator import NEVER, LinkEmulator, LinkError, Side, run_lockstep
 from hil.link.impairment import both_directions, load_profile
-from hil.run.processes import free_ports
+from hil.processes import free_ports
 from protocol import barrier
 from protocol.link import carrier
 from protocol.link.datagrams import KEY_DOWN, KEY_UP

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 
-from hil.run.processes import ProcessDiedError, Processes, free_ports
+from hil.processes import ProcessDiedError, Processes, free_ports
 from hil.run.run import run
 from hil.scenarios.model import Scenario, load_scenario
 
@@ -74,7 +74,7 @@ def test_a_child_runs_under_another_python_with_this_environment(tmp_path, monke
 PARENT = """
 import sys, signal
 from pathlib import Path
-from hil.run.processes import Processes
+from hil.processes import Processes
 with Processes(Path(sys.argv[1])) as processes:
     processes.start("orphan", "orphan_child", [])
     print(processes.pid("orphan"), flush=True)

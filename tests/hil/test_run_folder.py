@@ -8,8 +8,8 @@ from typer.testing import CliRunner
 
 from hil.__main__ import app
 from hil.run import options as flying
+from hil.run import scenario_command as command
 from hil.run.run import run as run_scenario
-from hil.scenarios import command
 from hil.scenarios.model import Scenario, load_scenario, scenario_of
 from onboard.config import ConfigError
 

@@ -12,10 +12,10 @@ import typer
 from typer.testing import CliRunner
 
 from hil.__main__ import app
-from hil.run import demo
+from hil.run import demo, verify_command
+from hil.run import scenario_command as command
 from hil.run.demo import differences
 from hil.run.options import fail
-from hil.scenarios import command, verify_command
 from hil.scenarios.library import scenarios
 from hil.scenarios.model import Scenario
 

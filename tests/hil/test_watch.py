@@ -20,8 +20,8 @@ from hil.__main__ import app
 from hil.faults.ground_faults import KINDS, Obstacle
 from hil.plant.engine import pybullet
 from hil.plant.rover_model import urdf
+from hil.processes import free_ports
 from hil.run.options import conclude
-from hil.run.processes import free_ports
 from hil.run.run import run as run_scenario
 from hil.scenarios.model import Scenario
 from hil.terrain.field import truth_height

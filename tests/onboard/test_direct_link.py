@@ -10,7 +10,7 @@ from ground.archive.store import Archive
 from ground.station.clock import ClockTurn
 from ground.station.settings import StationSettings
 from ground.station.station import Station
-from hil.run.processes import free_ports
+from hil.processes import free_ports
 from onboard.config import ConfigError, Link
 from onboard.core.downlink import Downlink
 from onboard.core.telemetry import TelemetryInputs

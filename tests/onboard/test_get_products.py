@@ -10,7 +10,7 @@ from record_rig import standing
 
 from hil.devices.can.nodes import build_nodes
 from onboard import config
-from onboard.core.products import SLICE_BYTES
+from onboard.core.modes.product_orders import SLICE_BYTES
 from onboard.core.rover import Rover
 from onboard.core.tick import tick
 from onboard.drivers.platform.workers import Inline

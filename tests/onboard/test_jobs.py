@@ -10,7 +10,7 @@ from threading import Event
 import pytest
 
 from onboard.core.jobs import GIVE_UP_TICKS, JOBS, Job, JobBook, Late
-from onboard.core.products import PRODUCT_JOBS
+from onboard.core.modes.product_orders import PRODUCT_JOBS
 from onboard.drivers.platform.workers import Inline, JobError, Workers
 from onboard.records import JobDone
 

@@ -16,7 +16,7 @@ from ground.cli.verbs.keys import write_keys
 from ground.station.clock import ClockTurn
 from ground.station.settings import StationSettings
 from ground.station.station import Station
-from hil.run.processes import free_ports
+from hil.processes import free_ports
 from onboard import config
 from onboard.drivers.link.port import LinkPort, link_keys
 from onboard.drivers.link.saved_state import MARKS, LinkMemory

@@ -19,9 +19,9 @@ from tempfile import TemporaryDirectory
 
 from hil.faults.disk_faults import DISK_FAULTS
 from hil.faults.injection import INJECTIONS
+from hil.processes import environment
 from hil.run.judged import Twins
 from hil.run.judged import fly as fly_scenario
-from hil.run.processes import environment
 from hil.scenarios.library import scenarios
 from onboard.native.variant import FORCED_BY, VARIANTS
 

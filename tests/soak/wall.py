@@ -9,7 +9,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from hil.run.processes import free_ports
+from hil.processes import free_ports
 from onboard.drivers.status_port import StatusError, ask
 from tests.soak.taken import Taken, growth, taken
 

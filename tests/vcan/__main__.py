@@ -17,7 +17,7 @@ import sys
 import time
 from pathlib import Path
 
-from hil.run.processes import ONE_THREAD
+from hil.processes import ONE_THREAD
 from tests.vcan import guest, needs
 from tests.vcan.inside import HERE, drive, timed
 from tests.vcan.interface import kernel_has_can

@@ -1,10 +1,9 @@
 """Executive: the modes, the orders allowed in each, and the responses to faults.
 
 Orders arrive checked from the downlink, faults from the monitors; both change the mode only through
-`protocol.tables.modes`.
-`core.tasks` moves the rover. Orders that change no mode are handled by families: `core.masks`, `core.services`,
-`core.products`, `core.parameter_orders`, `core.fence_orders`, `core.link_orders`. `core.lease` decides which station
-may command. `core.sequencer` gives orders of its own.
+`protocol.tables.modes`. `tasks` moves the rover. Orders that change no mode are handled by families, in files of this
+folder: `masks`, `service_orders`, `product_orders`, `parameter_orders`, `fence_orders`, `link_orders`. `lease` decides
+which station may command. `sequencer` gives orders of its own.
 """
 
 from __future__ import annotations
@@ -22,10 +21,10 @@ from onboard.core.modes.lease import Lease
 from onboard.core.modes.link_orders import LinkOrders
 from onboard.core.modes.masks import Masks
 from onboard.core.modes.parameter_orders import ParameterOrders
+from onboard.core.modes.product_orders import PRODUCT_JOBS, Products
 from onboard.core.modes.sequencer import Sequencer
 from onboard.core.modes.service_orders import Services
 from onboard.core.modes.tasks import Tasks
-from onboard.core.products import PRODUCT_JOBS, Products
 from onboard.devices.emergency import reason_name
 from onboard.motion.wheel_health import DriveHealth, Wheels
 from onboard.records import Event, Gdem, Twist

@@ -15,8 +15,8 @@ from collections.abc import Sequence
 from itertools import zip_longest
 
 from hil.records import PlantState
+from hil.run.evidence import AT_ONCE, COUNTS_WHEN, SHOWS, VIOLATES, Sight
 from hil.run.in_process import Rover
-from hil.scenarios.evidence import AT_ONCE, COUNTS_WHEN, SHOWS, VIOLATES, Sight
 from hil.scenarios.verdicts import FaultResponse, row_of
 from onboard.records import Inputs, Outputs
 from protocol.conventions import TICK_NS
