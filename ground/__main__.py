@@ -97,7 +97,7 @@ def shell(contact: Contact = 20.0, station: StationFile = None) -> None:
 
 app.command(
     context_settings={"ignore_unknown_options": True},
-    epilog="A goto replaces one that runs: that is cancelled and the rover plans anew from where it is.\n\n"
+    epilog="A goto replaces one that runs: that is cancelled and the rover plans again from where it stands.\n\n"
     "Examples: ground goto 12 3 | ground goto -4 0.5 --heading 90",
 )(own.goto)
 _families = table.add(app, [row for row in commands.TABLE if row.name not in _OWN], carry_out)

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from onboard.perception.stop_map import StopMap
 
 WAIT_S = 60.0  # wall-clock limit for bytes that the bench says are on their way
-EX_AGAIN = 75  # the operator had it end, to be started anew: what started the program does that
+EX_AGAIN = 75  # ended by the operator's reboot; the supervisor starts it again
 DARK_TICKS = 50  # after the end, for the LIDAR to say that its laser is off
 # no first tick needs these, and they load longest
 LATER = ("onboard.perception.ekf:ExtendedKalmanFilter", *(job.function for job in JOBS.values()))

@@ -110,7 +110,7 @@ def main() -> int:
             packages = closure(roots(extra))
             print(f"{extra}: {len(packages)} packages, {size_bytes(packages) / 1e6:.0f} MB")
     except (PackageNotFoundError, KeyError) as error:
-        print(f"extras: {error}: install requirements.lock, or make it anew (tools/make_lock.sh)", file=sys.stderr)
+        print(f"extras: {error}: install requirements.lock, or make it again (tools/make_lock.sh)", file=sys.stderr)
         return 1
     return 0
 

@@ -50,7 +50,7 @@ dark_patches_m = [[4.0, 1.5, 0.5]]     # x, y, radius
     hil run rough --lidar lost_ratio=0.03 --lidar clump_ratio=1
 
 {table}
-- **Lost at random**: single beams, and clumps of neighbours in a line; a clump is drawn anew each turn.
+- **Lost at random**: single beams, and clumps of neighbours in a line; a clump is drawn again for each turn.
 - **Grazing**: the light that comes back goes with the sine of the angle between beam and surface. From `grazing_rad` on
   the share of lost beams rises evenly with the sine, to all at half of it. Level ground under a scanner 0.7 m high is
   met at 5° at 8 m and at 2.5° at 16 m. The angle is that to the slope of the soil over two cells, a footprint, and on

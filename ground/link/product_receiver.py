@@ -113,7 +113,7 @@ class ProductReceiver:
             lost = self._bulk.damaged - damaged
             self._texts.append(
                 f"of the parts of products that were kept {useless} are damaged or of another rover, "
-                f"and {lost} products did not fit their SHA-256: these come anew"
+                f"and {lost} products did not fit their SHA-256: these are sent again"
             )
 
     def _forget(self) -> None:

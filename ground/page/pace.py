@@ -19,7 +19,7 @@ class Pace:
         self._stamps: deque[tuple[int, int]] = deque()
 
     def hear(self, onboard_ns: int, now_ns: int) -> None:
-        """Add the newest stamp of the rover at a station time. A stamp that went back (a reboot) begins anew."""
+        """Add the newest stamp of the rover at a station time. A stamp that goes back (a reboot) restarts the pace."""
         if self._stamps and onboard_ns < self._stamps[-1][1]:
             self._stamps.clear()
         if not self._stamps or onboard_ns > self._stamps[-1][1]:

@@ -21,7 +21,7 @@ from ground.page.site import Site, routes, stop_bar
 from ground.station.station import StationError
 
 _PUSH_S, _SLOW_PUSHES = 0.4, 5
-_HISTORY = 20  # messages that a browser gets again after a short loss; after a longer one it loads the page anew
+_HISTORY = 20  # messages that a browser gets again after a short loss; after a longer one it loads the page again
 _LOG = logging.getLogger(__name__)
 
 

@@ -145,7 +145,7 @@ INJECTIONS: Mapping[str, Cause] = {
     "onboard_killed": Cause("the flight program gets SIGKILL", _kill_onboard, _nothing),
     "job_late": Cause("the results of long work come 1.5 s after their tick", _be_late, _be_in_time, quick_only=True),
     "ground_collapse": Cause("the ground under the left wheels gives way", ground_faults.collapse, _nothing),
-    "onboard_restarted": Cause("SIGKILL, then a start anew", _kill_onboard, _restart_onboard, never_quick=True),
+    "onboard_restarted": Cause("SIGKILL, then a new start", _kill_onboard, _restart_onboard, never_quick=True),
     **{name: _of_wheels(name) for name in WHEEL_FAULTS},
     **{name: _of_node(name) for name in (*NODE_FAULTS, *COMPUTER_FAULTS)},
     **{name: _of_disk(name) for name in DISK_FAULTS},

@@ -66,7 +66,9 @@ class Tail:
         with self.path.open("rb") as file:
             size = file.seek(0, io.SEEK_END)
             if size < self._at:
-                raise NoRunError(f"{self.path} was begun anew: another run has started here, watch it again")
+                raise NoRunError(
+                    f"{self.path} was replaced: another run has started in this folder; start `hil watch` again"
+                )
             if self._at == 0:
                 if size < MAGIC_SIZE:
                     return b""

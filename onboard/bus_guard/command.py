@@ -70,7 +70,7 @@ def app(bus: str | None, config: Path | None, settings: tuple[str, ...], watch_o
     finally:
         port.close()
     if not ended:
-        raise fail(EX_UNAVAILABLE, f"{uri} is lost: nobody watches the orders now")
+        raise fail(EX_UNAVAILABLE, f"{uri} is lost: the orders to the wheels are not monitored now")
 
 
 def watch(

@@ -63,7 +63,7 @@ def test_a_record_begun_anew_is_told(run, tmp_path):
     tail = Tail(path)
     list(tail.read())
     path.write_bytes(b"")
-    with pytest.raises(NoRunError, match="begun anew"):
+    with pytest.raises(NoRunError, match="was replaced"):
         list(tail.read())
 
 

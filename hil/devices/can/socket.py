@@ -116,7 +116,7 @@ class CanSocket:
 
     def wait_client(self, _number: int, _limit_s: float) -> int:
         """Raise ConnectionError: the bench cannot detect that onboard has reopened its socket."""
-        raise ConnectionError(f"{self.uri}: onboard opens its bus anew, and only the bench's hub can wait for it")
+        raise ConnectionError(f"{self.uri}: onboard opens its bus again, and only the bench's hub can wait for it")
 
     def close(self) -> None:
         """Close the socket; the interface stays."""

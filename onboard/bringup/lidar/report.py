@@ -154,7 +154,7 @@ CHECKS: tuple[tuple[str, Callable[[Report], str], str], ...] = (
     ("no scans", lambda r: "" if r.tally.scans else "none", "the sensor was asked and sent none; it says: {stat}"),
     ("damage", _damaged, "{found}: a cable loose, too long or beside a motor's, or a wrong bit rate"),
     ("gaps", _gaps, "{found}: the computer too busy, the line too slow (MD needs 135 kB/s), or frames damaged"),
-    ("counter", _count("clock_jump", "clock_reboot"), "jumped or began anew {found} times: the sensor restarted; "
+    ("counter", _count("clock_jump", "clock_reboot"), "jumped or restarted {found} times: the sensor restarted; "
      "look at its power (12 V, 1 A at its start)"),
     ("drift", _drift, "{found} between the sensor's clock and ours; quartz has under 100. A computer that was busy "
      "measures wrong: check again when it is idle"),

@@ -41,8 +41,8 @@ def info_command(folder: Path, as_json: bool) -> None:
     if folder.is_file():
         raise fail(
             EX_NOINPUT,
-            f"{folder} is a file; info lists a folder of tiles. The map that a record holds "
-            f"is had by `onboard map export {folder} --out site.tif`",
+            f"{folder} is a file; info lists a folder of tiles. Export the map of "
+            f"a record by `onboard map export {folder} --out site.tif`",
         )
     kept = _kept(folder)
     now_s = time.time()

@@ -20,7 +20,7 @@ _PSEUDO = range(136, 144)  # major numbers of pseudo terminals (Linux, devices.t
 _WHY = {
     errno.ENOENT: "is not there: is the sensor plugged in? Try: ls /dev/ttyACM* /dev/serial/by-id",
     errno.ENXIO: "is not there: is the sensor plugged in? Try: ls /dev/ttyACM* /dev/serial/by-id",
-    errno.EACCES: "may not be opened: put this user into its group (sudo usermod -aG dialout $USER) and log in anew",
+    errno.EACCES: "may not be opened: put this user into its group (sudo usermod -aG dialout $USER) and log in again",
     errno.EBUSY: "is in use by another program. Try: fuser -v",
     errno.EWOULDBLOCK: "is in use by another program. Try: fuser -v",
     errno.ENOTTY: "is no tty: the address names the wrong file",

@@ -145,7 +145,7 @@ class Keeper:
         try:
             self._sweep()
         except OSError as error:
-            self._tell(f"the map cannot be kept in {folder}: {error.strerror}")
+            self._tell(f"the map cannot be stored in {folder}: {error.strerror}")
 
     def keep(self, memory: StopMap | None) -> None:
         """Start to save the map if it has changed; None: clear it. Called each tick, returns at once."""
