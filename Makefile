@@ -4,6 +4,7 @@ PYTHON ?= $(shell sh tools/find_python.sh)
 SEED ?= 1
 FUZZ_S ?= 120
 TERRAIN ?= fbm
+LAWS ?= fast
 PREFIX ?= /usr/local
 SYSCONFDIR ?= /etc
 B := .venv/bin
@@ -52,7 +53,7 @@ sim: .venv/.project ## bench, rover and link in real time until Ctrl-C; try `gro
 	@$(B)/hil sim --seed $(SEED) --terrain $(TERRAIN) $(LIDAR:%=--lidar %)
 
 test: .venv/.project .venv/.hokuyolx .venv/.site ## the fast test suite (5 minutes on two fast cores)
-	@$(ONE_THREAD) $(B)/python -m pytest -n 2 --dist worksteal --ignore tests/house -m "not campaign and not mission and not tool"
+	@$(ONE_THREAD) $(B)/python -m pytest -n 2 --dist worksteal --hypothesis-profile $(LAWS) --ignore tests/house -m "not campaign and not mission and not tool"
 
 test-tools: .venv/.project .venv/.site ## tests of the test tools, packaging, viewers, pictures and the physics engine (2 minutes)
 	@$(ONE_THREAD) $(B)/python -m pytest -n 2 --dist loadfile --ignore tests/house -m "tool and not campaign and not mission"
@@ -131,6 +132,7 @@ missions: .venv/.project ## mission rule, guard, map and small rocks without phy
 	@$(ONE_THREAD) $(B)/python -m tests.missions map
 	@$(ONE_THREAD) $(B)/python -m tests.missions rocks
 
+nightly: LAWS := nightly
 nightly: lint test test-tools test-missions test-vcan test-sanitize bench bench-link missions test-mutation ## all that tests or measures, with ten demo seeds, real ground, craters
 	@for seed in 1 2 3 4 5 6 7 8 9 10; do $(B)/hil demo --seed $$seed --out build/nightly/seed-$$seed || echo "seed $$seed failed" >> build/nightly/failed; done
 	@$(B)/hil demo --terrain real --out build/nightly/real

@@ -10,13 +10,15 @@ from protocol.tables.modes import Mode
 
 FORWARD = "drive 0.1 0 0 20 0.1"
 
+pytestmark = pytest.mark.copied
+
 
 @pytest.fixture(scope="module")
 def known():
     return first_map()
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def rover(known):
     made = CoreBench(memory=known)
     made.settle()
