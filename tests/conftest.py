@@ -1,7 +1,7 @@
 """EL_DORADO_KERNELS=FOLDER runs the tests on the native modules of FOLDER (make test-sanitize) in place of ours.
 
 No test is judged by how fast this machine is today: hypothesis has neither its deadline nor its check of slowness.
-Its profile `fast` (make test) tries each law with FEW examples at most, `nightly` (all else) with as many as it asks for.
+Its profile `fast` (make test) tries each law with at most FEW examples, `nightly` (all else) with its own number.
 """
 
 from __future__ import annotations

@@ -107,7 +107,7 @@ def test_a_fault_that_stops_the_rover_ends_the_operators_drive_and_a_new_one_is_
     assert standing.rates == [0.0] * 4
     again = drive(standing)
     standing.run(0.1)
-    assert standing.text(again) == "the rover is held by a fault; see faults list"
+    assert "held by a fault" in standing.text(again)
 
 
 def test_an_emergency_stop_in_mid_drive_takes_the_wheels_off(standing):
