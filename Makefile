@@ -4,6 +4,7 @@ PYTHON ?= $(shell sh tools/find_python.sh)
 SEED ?= 1
 FUZZ_S ?= 120
 TERRAIN ?= fbm
+LAWS ?= fast
 PREFIX ?= /usr/local
 SYSCONFDIR ?= /etc
 B := .venv/bin
@@ -52,7 +53,10 @@ sim: .venv/.project ## bench, rover and link in real time until Ctrl-C; try `gro
 	@$(B)/hil sim --seed $(SEED) --terrain $(TERRAIN) $(LIDAR:%=--lidar %)
 
 test: .venv/.project .venv/.hokuyolx .venv/.site ## the fast test suite (5 minutes on two fast cores)
-	@$(ONE_THREAD) $(B)/python -m pytest -n 2 --dist loadfile -m "not campaign and not mission"
+	@$(ONE_THREAD) $(B)/python -m pytest -n 2 --dist worksteal --hypothesis-profile $(LAWS) --ignore tests/house -m "not campaign and not mission and not tool"
+
+test-tools: .venv/.project .venv/.site ## tests of the test tools, packaging, viewers, pictures and the physics engine (2 minutes)
+	@$(ONE_THREAD) $(B)/python -m pytest -n 2 --dist loadfile --ignore tests/house -m "tool and not campaign and not mission"
 
 test-missions: .venv/.project ## runs of real processes, maps, guard and rule on seeded fields, ways with a failed wheel (minutes)
 	@$(ONE_THREAD) $(B)/python -m pytest -n 2 --dist loadgroup -m "campaign or mission"
@@ -106,11 +110,12 @@ fuzz: .venv/.project .venv/.atheris ## hostile bytes at every door, looking at t
 test-page: .venv/.project .venv/.browser ## the operator's page in a real Chromium, on a toy rover (minutes); ONLY="-k stop"; screenshots in build/page
 	@$(B)/python -m tests.page $(ONLY)
 
-lint: .venv/.project ## ruff and its formatter, mypy --strict on protocol, transport and onboard, import contracts
+lint: .venv/.project ## ruff and its formatter, mypy --strict on protocol, transport and onboard, import contracts, rules of sources and pages
 	@$(B)/ruff check .
 	@$(B)/ruff format --check --quiet . || { echo "run: $(B)/ruff format ."; exit 1; }
 	@$(B)/mypy
 	@$(B)/lint-imports --no-cache
+	@$(B)/python -m pytest tests/house
 
 bench: .venv/.project .venv/.hokuyolx ## measure; QUICK=1 for two repeats; writes build/bench.json
 	@$(ONE_THREAD) $(B)/python -m tests.bench $(if $(QUICK),--quick)
@@ -127,7 +132,8 @@ missions: .venv/.project ## mission rule, guard, map and small rocks without phy
 	@$(ONE_THREAD) $(B)/python -m tests.missions map
 	@$(ONE_THREAD) $(B)/python -m tests.missions rocks
 
-nightly: lint test test-missions test-vcan test-sanitize bench bench-link missions test-mutation ## all that tests or measures, with ten demo seeds, real ground, craters
+nightly: LAWS := nightly
+nightly: lint test test-tools test-missions test-vcan test-sanitize bench bench-link missions test-mutation ## all that tests or measures, with ten demo seeds, real ground, craters
 	@for seed in 1 2 3 4 5 6 7 8 9 10; do $(B)/hil demo --seed $$seed --out build/nightly/seed-$$seed || echo "seed $$seed failed" >> build/nightly/failed; done
 	@$(B)/hil demo --terrain real --out build/nightly/real
 	@$(B)/hil demo --terrain craters --out build/nightly/craters
@@ -196,4 +202,4 @@ clean: ## remove build and .venv
 help: ## this list
 	@grep -E '^[a-z0-9-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 16
 
-.PHONY: setup demo sim test test-missions test-scenarios test-vcan test-roots test-certificates test-arm64 test-page test-mutation test-sanitize fuzz lint bench bench-link soak missions nightly codec clients docs site rover locks install uninstall deb size clean help
+.PHONY: setup demo sim test test-tools test-missions test-scenarios test-vcan test-roots test-certificates test-arm64 test-page test-mutation test-sanitize fuzz lint bench bench-link soak missions nightly codec clients docs site rover locks install uninstall deb size clean help

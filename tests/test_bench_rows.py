@@ -1,8 +1,12 @@
 """The rows of `make bench` are those of the performance design, each with one measurement or listed as missing."""
 
+import pytest
+
 from tests.bench import __main__ as bench
 from tests.bench import flight, jitter
 from tests.bench.goals import GOALS, MISSING, Measured
+
+pytestmark = pytest.mark.tool
 
 DESIGN = [
     "visibility-total", "visibility-numpy", "visibility-limit", "nsp-cycle", "pose-field", "cell-classes",

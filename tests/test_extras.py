@@ -13,6 +13,8 @@ import pytest
 
 from tools import extras
 
+pytestmark = pytest.mark.tool
+
 ROOT = Path(__file__).parents[1]
 OURS = ("protocol", "transport", "onboard", "ground", "hil", "pictures")
 BENCH = {"pybullet", "viser", "embreex", "trimesh", "matplotlib", "pillow", "duckdb", "pydantic", "pytest"}

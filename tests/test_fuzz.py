@@ -24,6 +24,7 @@ from tests.onboard import record_rig
 FEW = {"products": 1500, "barrier": 600, "datagrams": 300, "gdem": 300, "socketcand": 300}
 
 
+@pytest.mark.tool
 @pytest.mark.parametrize("name", DOORS)
 def test_hostile_bytes_at_a_door_give_documented_errors_alone(name):
     tries(DOORS, name, 7, 0, FEW.get(name, 60))

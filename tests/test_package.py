@@ -23,6 +23,8 @@ from tools import make_deb
 from tools.extras import closure
 from tools.install import PYTHON, Place, install, uninstall
 
+pytestmark = pytest.mark.tool
+
 ROOT = Path(__file__).parents[1]
 INTERPRETER = os.path.realpath(sys.executable)
 ANALYZE, DPKG = shutil.which("systemd-analyze"), shutil.which("dpkg-deb")

@@ -8,6 +8,8 @@ import pytest
 from tools.site import __main__ as site
 from tools.site import check, pages
 
+pytestmark = pytest.mark.tool
+
 TEXTS = pages.read(site.DOCS)
 NAV = pages.navigation(tomllib.loads(site.CONFIG.read_text())["project"]["nav"])
 

@@ -9,6 +9,8 @@ from tests.arm64 import root, same_bits, wheels
 from tests.arm64.python import Emulated
 from tools.extras import LOCK, ROOT, closure, roots
 
+pytestmark = pytest.mark.tool
+
 LOCKED = """# a comment
 click==8.5.1 \\
     --hash=sha256:aa \\

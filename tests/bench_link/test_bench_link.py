@@ -8,6 +8,8 @@ from tests.bench_link import __main__ as bench
 from tests.bench_link import asked, dark, emulated, figures, hostile, moved, sockets, told
 from tests.bench_link.world import World, profile
 
+pytestmark = pytest.mark.tool
+
 
 def test_wilson_s_interval_is_that_of_the_tables():
     assert figures.wilson(81, 263) == pytest.approx((0.2553, 0.3662), abs=5e-5)  # Newcombe 1998, table I

@@ -448,7 +448,8 @@ def test_in_progress_is_told_each_second_until_the_end_of_a_blackout(met):
     assert client.finals(PAUSE) == [ACCEPTED]
 
 
-HANDLED = tuple(number for number, kind in m.mavlink_map.items() if kind.msgname in Bed().gateway._handlers)
+NAMES = Bed().gateway._handlers.keys()
+HANDLED = tuple(number for number, kind in m.mavlink_map.items() if kind.msgname in NAMES)
 
 
 @settings(max_examples=60, deadline=None)

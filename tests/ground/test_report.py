@@ -47,6 +47,14 @@ def page(folder):
     return report(folder).read_text()
 
 
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Some bytes in place of each picture, for tests of the words: drawing is most of a page's time."""
+    for name in vars(pictures).copy():
+        if name.endswith("_picture"):
+            monkeypatch.setattr(pictures, name, lambda *_: b"a picture")
+
+
 def command(*words):
     app = typer.Typer()
     app.command()(report_command)
@@ -108,13 +116,13 @@ def test_every_section_is_in_the_contents_and_each_entry_leads_to_one(page):
     assert contents == re.findall(r'<section id="([^"]+)">', page) and len(contents) > 8
 
 
-def test_version_commit_and_date_of_the_record_are_named(folder):
+def test_version_commit_and_date_of_the_record_are_named(folder, undrawn):
     run = replace(read_run(folder), versions={"commit": "0123456789abcdef"}, written_utc_s=0.0)
     assert f"El Dorado {version('el-dorado')}, flight program of commit 0123456789ab" in html(run)
     assert "written on 1970-01-01 at 00:00 UTC" in html(run)
 
 
-def test_records_of_earlier_boots_lie_before_the_last_one_on_one_axis(tmp_path):
+def test_records_of_earlier_boots_lie_before_the_last_one_on_one_axis(tmp_path, undrawn):
     write_run(tmp_path, ground=False, bench=False, step=50)
     alone = read_run(tmp_path)
     (tmp_path / "onboard.mcap").rename(tmp_path / "onboard-boot1.mcap")
@@ -165,7 +173,7 @@ def test_every_rule_of_the_mission_has_its_sentence():
 
 
 @pytest.mark.parametrize(("name", "told"), [("REGISTERED", False), ("REGISTRATION_REFUSED", True)])
-def test_a_refused_registration_is_explained_where_there_is_one(folder, name, told):
+def test_a_refused_registration_is_explained_where_there_is_one(folder, name, told, undrawn):
     run = replace(read_run(folder), events=(RoverEvent(3.0, "info", name, ""),))
     assert (escape(EXPECTED_REFUSAL) in html(run)) == told
 
@@ -209,7 +217,7 @@ def test_a_ground_that_would_fill_the_memory_is_refused_before_it_is_unpacked(fo
         run_files._ground(tmp_path / "run" / "field.npz")
 
 
-def test_a_report_is_written_into_the_folder_of_the_run_and_through_no_link(tmp_path):
+def test_a_report_is_written_into_the_folder_of_the_run_and_through_no_link(tmp_path, undrawn):
     write_run(tmp_path, ground=False, bench=False, step=50)
     (tmp_path / "other").write_text("mine")
     (tmp_path / "report.html").symlink_to(tmp_path / "other")
@@ -220,7 +228,7 @@ def test_a_report_is_written_into_the_folder_of_the_run_and_through_no_link(tmp_
 WHEEL = Touch(2, 0.09, (7.0, 3.0), (7.05, 3.1))
 
 
-def test_contacts_stand_on_the_page_with_time_what_and_place(tmp_path):
+def test_contacts_stand_on_the_page_with_time_what_and_place(tmp_path, undrawn):
     """By the file of the truth alone: a simulation that was ended has no summary."""
     write_run(tmp_path, ground=False, bench=False, step=50)
     write_truth(tmp_path / "truth.mcap", touches=[(20.0, 22.0, WHEEL), (21.0, 21.5, Touch(0, 0.0, None, (7.3, 3.0)))])
@@ -231,13 +239,13 @@ def test_contacts_stand_on_the_page_with_time_what_and_place(tmp_path):
     assert '<span class="verdict bad">2 contacts</span>' in page
 
 
-def test_a_summary_tells_contacts_where_the_truth_is_left_out(folder):
+def test_a_summary_tells_contacts_where_the_truth_is_left_out(folder, undrawn):
     row = {"begin_s": 3.0, "end_s": 4.0, "what": "wheel 1 on a rock of 0.10 m", "x_m": 1.0, "y_m": 2.0}
     run = read_run(folder, with_truth=False)
     assert "wheel 1 on a rock of 0.10 m" in html(replace(run, facts={**run.facts, "contacts": [row]}))
 
 
-def test_a_record_without_the_bench_claims_nothing_of_contacts(tmp_path):
+def test_a_record_without_the_bench_claims_nothing_of_contacts(tmp_path, undrawn):
     write_run(tmp_path, ground=False, bench=False, step=50)
     assert read_run(tmp_path).contacts is None
     assert "contact" not in report(tmp_path).read_text()
@@ -298,7 +306,7 @@ def test_angles_of_a_quaternion_are_those_of_the_matrix():
     np.testing.assert_allclose(Pose(0, 0, 0, roll, pitch, yaw).matrix()[:3, :3], rotation, atol=1e-12)
 
 
-def test_the_command_says_where_the_report_is(folder):
+def test_the_command_says_where_the_report_is(folder, undrawn):
     result = command(folder)
     assert (result.exit_code, result.stdout.strip()) == (0, str(folder / "report.html"))
 

@@ -4,6 +4,7 @@ Sans-I/O like the real one: datagrams and time in, datagrams out. A goto takes `
 """
 
 import math
+from functools import cache
 
 import numpy as np
 
@@ -25,6 +26,11 @@ def a_map(seed: int = 1, cells: int = 200) -> LdemProduct:
     return LdemProduct(MapGrid(0.05, 0.05, 0.1, cells, cells), heights, np.full((cells, cells), 3, np.uint8))
 
 
+@cache
+def an_encoded_map() -> bytes:
+    return encode_ldem(a_map())
+
+
 class ToyRover:
     def __init__(self, keys: LinkKeys, boot_id: int = 1, rate_bps: float = 64e3, drive_s: float = 3.0) -> None:
         self._sealer = Sealer(keys.downlink.key(DOWNLINK_KEY_ID), DOWNLINK_KEY_ID, boot_id)
@@ -35,7 +41,7 @@ class ToyRover:
         self._bytes_per_tick = 0.93 * rate_bps / 8 * TICK_NS / 1e9
         self._tokens = 0.0
         self._drive_ns, self._busy = round(drive_s * 1e9), {}
-        self.map = encode_ldem(a_map())
+        self.map = an_encoded_map()
         self.executed: list[str] = []
         self.refused = 0
         self.versions = OURS

@@ -21,6 +21,8 @@ from onboard.config import Rover
 from onboard.records import Pose
 from tests.hil.small_fields import field_of, plane, rough
 
+pytestmark = pytest.mark.tool
+
 AHEAD = (WheelDrive(0.0, 1.1),) * 4
 STEP_NS = 5_000_000
 

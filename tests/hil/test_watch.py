@@ -38,6 +38,8 @@ from pictures.film import Shot, Stage
 from protocol.conventions import WHEELS
 from tests.ground.synthetic_run import GOAL, LEGS, field, write_run, write_truth
 
+pytestmark = pytest.mark.tool
+
 EMPTY_SHOT = Shot((0.0, 0.0, 0.0), "", np.zeros((4, 3)), np.empty((0, 3)), np.empty((0, 2)), np.empty((0, 2)))
 ROOT = Path(__file__).parents[2]
 

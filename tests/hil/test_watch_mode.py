@@ -3,9 +3,12 @@
 import math
 
 import numpy as np
+import pytest
 
 from hil.view.panel import place, status
 from hil.view.story import Instant, Moment, StoryEvent, _mode
+
+pytestmark = pytest.mark.tool
 
 AT = Moment(
     1.0,

@@ -13,6 +13,8 @@ from hil.view.panel import event_line, status
 from hil.view.story import Instant, Moment, StoryEvent
 from protocol.visible import visible
 
+pytestmark = pytest.mark.tool
+
 RENDER = MarkdownIt("commonmark", {"html": True}).enable(["table", "strikethrough"]).render
 NO_WAY = np.empty((0, 3))
 HOSTILE = (

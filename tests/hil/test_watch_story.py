@@ -18,6 +18,8 @@ from hil.view.tail import NoRunError, Tail
 from hil.world.truth import Truth, read_turn
 from tests.ground.synthetic_run import END_S, LEGS, SCAN_S, share_at, way, write_run, write_truth
 
+pytestmark = pytest.mark.tool
+
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):

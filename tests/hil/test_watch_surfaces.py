@@ -13,6 +13,8 @@ from onboard.records import NodeSet
 from pictures.rim import rim
 from tests.ground.synthetic_run import field, plan_at
 
+pytestmark = pytest.mark.tool
+
 
 @pytest.fixture(scope="module")
 def ground():

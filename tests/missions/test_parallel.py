@@ -7,7 +7,11 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 
+import pytest
+
 from tests.missions.parallel import fly_all
+
+pytestmark = pytest.mark.tool
 
 ENDLESS = """
 import signal, sys

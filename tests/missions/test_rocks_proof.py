@@ -29,6 +29,8 @@ from tests.missions.scan_errors import DEFAULT
 from tests.missions.scanner import scanner
 from tests.missions.world import wheels
 
+pytestmark = pytest.mark.tool
+
 ROVER = Rover()
 ROW = RockRow(2.0, 1, False, 0.08, 0.2, 90, 0, 32)
 DARK = DarkRow(1, 3.0, 0, 0, 0, "arrived", "at the goal", 4, 9.3)

@@ -15,6 +15,8 @@ from tests.mutation.serve import Served, red
 from tests.mutation.targets import EQUIVALENT, TARGETS, mutants, source_of
 from tests.mutation.trials import End, Outcome, Trial, Trials
 
+pytestmark = pytest.mark.tool
+
 TOY = "def larger(a, b):\n    return a if a > b else b\n"
 TOY_TEST = "from toy_of_mutation import larger\n\ndef test_larger():\n    assert larger(1, 2) == larger(2, 1) == 2\n"
 

@@ -44,6 +44,7 @@ def test_the_loop_measures_each_tick_after_the_warm_ones_to_the_nanosecond():
     assert (measured.tick_us > 0).all()
 
 
+@pytest.mark.tool
 def test_a_planner_is_at_work_beside_the_loop_all_the_time():
     bed = Bed(Config(), HandClock([0] * 1000), lambda _: None, job=True)
     bed._clock.idle = lambda left_s: (bed._clock.sleep(left_s), bed._workers.thread_id())  # the job is done by then

@@ -1,6 +1,6 @@
 """Any processor flies the same bytes and replays the same record: one short mission, then again under pretended ones.
 
-One row with all of it in the fast suite, every row by itself with the missions.
+All with the missions: the oldest processor, which pretends every row at once, and every row by itself.
 """
 
 import json
@@ -53,6 +53,7 @@ def check(record, row):
     return verdict
 
 
+@pytest.mark.mission
 def test_a_record_replays_on_the_oldest_processor(record):
     here, there = check(record, {}), check(record, OLDEST)
     assert there["asked"] == here["asked"]  # numpy's own sums
@@ -66,6 +67,7 @@ def test_a_record_replays_on_every_pretended_processor(record, name):
     check(record, ROWS[name])
 
 
+@pytest.mark.mission
 def test_the_oldest_processor_flies_the_same_bytes(here):
     assert asked("tests.hil.flown", OLDEST) == here[1]
 

@@ -23,6 +23,8 @@ from protocol.barrier import Tick
 from protocol.conventions import TICK_NS
 from protocol.generated.can_codec import WheelMode
 
+pytestmark = pytest.mark.tool
+
 ROOT = Path(__file__).parents[2]
 EX_SOFTWARE = 70
 SECOND = 1_000_000_000

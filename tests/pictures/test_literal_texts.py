@@ -17,6 +17,8 @@ from pictures.terrain import Ground, terrain
 from pictures.way import Sets, way
 from tests.pictures.test_pictures import GRID, GROUND, HEIGHTS, LINE, TIMES, plan, size
 
+pytestmark = pytest.mark.tool
+
 BAD = r"$\frac{$ and $x_$"
 BODY_M = (0.95, 0.56)
 NAMED = Ground(GRID, HEIGHTS, name=BAD)

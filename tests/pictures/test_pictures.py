@@ -22,6 +22,8 @@ from pictures.terrain import Ground, hillshade, terrain
 from pictures.timelines import Span, Track
 from pictures.way import Sets, way
 
+pytestmark = pytest.mark.tool
+
 GRID = Grid(-1.9, -3.9, 0.2, 40, 80)
 HEIGHTS = np.sin(np.arange(80) / 7)[None, :].repeat(40, 0).astype(np.float32) * 0.2
 GROUND = Ground(GRID, HEIGHTS, np.array([[2.0, 1.0, 0.8], [6.0, -1.0, 0.4]]), "made up")

@@ -1,11 +1,14 @@
 """The pictures of docs/as-printed.md show what they are given."""
 
 import numpy as np
+import pytest
 
 from onboard.records import Grid
 from pictures import printed
 from pictures.style import png
 from pictures.terrain import Ground
+
+pytestmark = pytest.mark.tool
 
 GROUND = Ground(Grid(-1.9, -3.9, 0.2, 40, 80), np.zeros((40, 80), np.float32), np.array([[2.0, 1.0, 0.8]]), "made up")
 

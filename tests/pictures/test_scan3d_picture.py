@@ -8,6 +8,8 @@ import pytest
 from pictures.scan3d import held, scan_figure
 from tests.onboard.nodding import EXACT, ROVER, Nodding
 
+pytestmark = pytest.mark.tool
+
 
 @pytest.fixture(scope="module")
 def scan():

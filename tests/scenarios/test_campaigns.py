@@ -11,6 +11,8 @@ from tests.scenarios import __main__ as command
 from tests.scenarios import calibrate, nominal, registry
 from tests.scenarios.registry import CAMPAIGNS
 
+pytestmark = pytest.mark.tool
+
 ARRIVED = nominal.Row(4, "arrived", 0.02, 16.9, 5, (), (), 312.4)
 
 

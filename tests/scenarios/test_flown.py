@@ -17,6 +17,8 @@ from tests.scenarios.flown import HEADS, Row, Watch, broken, contact_words, ende
 from tests.scenarios.registry import CAMPAIGNS
 from tests.scenarios.three_goals import GOALS, clear_m, goals_of, turning_m
 
+pytestmark = pytest.mark.tool
+
 ARRIVED = Row(101, 1, 0.01, "arrived", 0.02, 0.05, (), 1, (0.03,), 6, 4, 1, 17.0, 300.0, ())
 NO_WAY = "goto: no way is left over free or unknown ground"
 STOPPED = "goto: the scanner saw too little of the left side"

@@ -18,6 +18,8 @@ from tests.scenarios.chaos import COUNT, Row, broken, drawn, named, summary
 from tests.scenarios.hostilities import HOSTILITIES, absurd_payloads
 from tests.scenarios.siege import Attack, Siege
 
+pytestmark = pytest.mark.tool
+
 FLAT = Scenario(name="chaos", terrain="flat", seed=3)
 BEGIN_S, SWEEP_S, AFTER_S = 2.5, 5.0, 1.5  # the operator has given its order; the scanner sweeps
 

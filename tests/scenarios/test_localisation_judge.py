@@ -7,6 +7,8 @@ import pytest
 
 from tests.scenarios.localisation import BAND_M, SLOPE_DEG, Row, ground_of, judge, slope
 
+pytestmark = pytest.mark.tool
+
 GOOD = Row(1, "level", "0.10 m from the goal", 20.0, 6, 0.05, 0.25, 0.2, 0.4, 1.0, (3.0, 5.0), (4.5, 3.5))
 
 

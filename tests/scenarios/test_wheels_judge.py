@@ -13,6 +13,8 @@ from protocol.generated.can_codec import NodeState
 from tests.scenarios import wheels
 from tests.scenarios.true_slip import PLACES_M, WINDOW_TICKS, TrueSlip, wheels_twist
 
+pytestmark = pytest.mark.tool
+
 RIM_RADPS, RIM_MPS = 1.1, 0.11
 LOCALISED = SimpleNamespace(step=SimpleNamespace(dx_m=RIM_MPS / 100, dy_m=0.0))
 

@@ -13,6 +13,8 @@ from tests.soak.lockstep import SETTLED, Sampler, Soaked
 from tests.soak.taken import Taken, child, growth, taken
 from tests.soak.wall import Sat
 
+pytestmark = pytest.mark.tool
+
 FLAT = [Taken(float(k), 200_000_000 + (-1) ** k * 900_000, 20, 8) for k in range(10)]
 
 

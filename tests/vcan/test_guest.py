@@ -11,6 +11,8 @@ from tests.vcan import guest, needs
 from tests.vcan.initramfs import EXIT_FILE, init_script, initramfs
 from tests.vcan.kernel import Kernel, depends, elf_image, newest_package
 
+pytestmark = pytest.mark.tool
+
 
 def entries(archive):
     """(name, mode, data) by the format's description: a number's place, each part filled up to four bytes."""

@@ -1,6 +1,7 @@
 """The house keeps its rules: one importer per library, no clock in the core, tables complete."""
 
 import ast
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,7 @@ from hil.faults.injection import INJECTIONS
 from onboard.core.faults.monitors import MONITORS
 from protocol.tables.faults import BY_NAME, FAULTS
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 PACKAGES = ("protocol", "transport", "onboard", "hil", "ground", "pictures")
 GENERATED = {f"protocol/generated/{name}.py" for name in ("can_codec", "can_frames", "eldorado_dialect")}
 
@@ -37,15 +38,31 @@ PURE = (
 BANNED_IN_PURE = {"time", "socket", "threading", "random", "os", "subprocess", "select", "asyncio"}
 
 
+@cache
 def sources(*folders):
-    for folder in folders:
-        for path in sorted((ROOT / folder).rglob("*.py")):
-            name = path.relative_to(ROOT).as_posix()
-            if name not in GENERATED:
-                yield name, ast.parse(path.read_text())
+    """Name and syntax tree of each file that is not generated."""
+    paths = [path for folder in folders for path in sorted((ROOT / folder).rglob("*.py"))]
+    named = [(path.relative_to(ROOT).as_posix(), path) for path in paths]
+    return [(name, tree(path)) for name, path in named if name not in GENERATED]
 
 
+@cache
+def tree(path):
+    return ast.parse(path.read_text())
+
+
+@cache
+def importers(module):
+    """Names of the files that import a top-level module."""
+    return {name for name, tree in sources(*PACKAGES) if module in dict(imports(tree))}
+
+
+@cache
 def imports(tree):
+    return tuple(_imports(tree))
+
+
+def _imports(tree):
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             yield from ((alias.name.split(".")[0], node.lineno) for alias in node.names)
@@ -55,13 +72,11 @@ def imports(tree):
 
 @pytest.mark.parametrize("library", ONE_IMPORTER)
 def test_a_library_has_its_importers_and_no_others(library):
-    found = {name for name, tree in sources(*PACKAGES) for module, _ in imports(tree) if module == library}
-    assert found == ONE_IMPORTER[library]
+    assert importers(library) == ONE_IMPORTER[library]
 
 
 def test_matplotlib_is_imported_in_pictures_only():
-    found = {name for name, tree in sources(*PACKAGES) for module, _ in imports(tree) if module == "matplotlib"}
-    assert all(name.startswith("pictures/") for name in found)
+    assert all(name.startswith("pictures/") for name in importers("matplotlib"))
 
 
 def test_nothing_that_flies_or_tests_the_rover_imports_the_equations_as_printed():

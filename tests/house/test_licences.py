@@ -9,7 +9,7 @@ from tools.extras import LOCK, closure
 from tools.install import Place, install
 from tools.licences import licence, licence_texts, locked, notice, page
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 
 
 def test_the_page_names_every_package_of_the_lock_file_once():
