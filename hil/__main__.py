@@ -14,6 +14,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
+from hil.campaign import command as campaign_command
 from hil.devices.can.command import EPILOG as CAN_EPILOG
 from hil.devices.can.command import main as can_command
 from hil.devices.lidar.command import EPILOG as LIDAR_EPILOG
@@ -66,7 +67,8 @@ app = typer.Typer(
     rich_markup_mode=None,
     help="The hardware-in-the-loop bench.\n\nExamples:\n\n"
     "  hil demo --seed 3\n\n  hil list\n\n  hil run lidar_unplugged\n\n  hil link --profile moon-bad\n\n"
-    "  hil lidar --profile utm-30lx --pty\n\n  hil can --fault silent=WHEEL_3\n\n  hil watch build/demo",
+    "  hil lidar --profile utm-30lx --pty\n\n  hil can --fault silent=WHEEL_3\n\n  hil watch build/demo\n\n"
+    "  hil campaign first\n\n  hil case first 7\n\n  hil compare build/campaigns/a build/campaigns/b",
 )
 app.command("link", epilog=LINK_EPILOG)(link_command)
 app.command("lidar", epilog=LIDAR_EPILOG)(lidar_command)
@@ -75,6 +77,9 @@ app.command("run")(scenario_command.run)
 app.command("list")(scenario_command.list_scenarios)
 app.command("explain")(scenario_command.explain_scenario)
 app.command("verify")(verify)
+app.command("campaign", epilog=campaign_command.CAMPAIGN_EPILOG)(campaign_command.campaign)
+app.command("case", epilog=campaign_command.CASE_EPILOG)(campaign_command.case)
+app.command("compare", epilog=campaign_command.COMPARE_EPILOG)(campaign_command.compare)
 app.command("watch", epilog=WATCH_EPILOG)(watch_command)
 
 

@@ -102,6 +102,7 @@ class InMemory(World):
     ground: field in place of the scenario's
     built: the rover as it really is (`hil.faults.build_errors`); default as in the flight program's configuration
     record: path of the flight program's record; default no record
+    truth: path of the bench's truth.mcap; default no file
     Raises PlantAbortError if the rover cannot stand at the start. Call `free` if `run` is not used.
     """
 
@@ -114,10 +115,11 @@ class InMemory(World):
         step_ns: int = STEP_NS,
         built: BuiltRover | None = None,
         record: Path | None = None,
+        truth: Path | None = None,
     ) -> None:
         ground = ground or ground_of(scenario).field
         believed = load(None, flight_settings(scenario, ground.start)).rover
-        super().__init__(ground, scenario.seed, built or believed, Truth(), step_ns, scenario.soil)
+        super().__init__(ground, scenario.seed, built or believed, Truth(truth), step_ns, scenario.soil)
         config = load(None, flight_settings(scenario, self.start))
         self.fit(fitting_of(scenario, config.scanning.sector_rad))
         self.scenario = scenario

@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from hil.campaign.truth import TrueWay
 from onboard.config import Config, load
 from tests.missions.drift import NO_DRIFT, Drift
 from tests.missions.fields import FIELDS, from_orbit
 from tests.missions.mission import Errors, Flight, Kinematic
 from tests.missions.scanner import Scanner, scanner
-from tests.missions.truth import Truth, truth
+from tests.missions.truth import truth
 from tests.missions.world import World
 
 POSE_ERROR = Errors(0.05, math.radians(1.0))
@@ -84,7 +85,7 @@ def config_of(run: Run) -> Config:
     return load(None, {"mission.leg_m": 100.0, **run.settings})
 
 
-def mission(run: Run, seed: int) -> tuple[World, Truth, Flight]:
+def mission(run: Run, seed: int) -> tuple[World, TrueWay, Flight]:
     """Fly one mission of a run; returns its field, the truth planner's result, and the flight."""
     config = config_of(run)
     world = FIELDS[run.fields](seed)

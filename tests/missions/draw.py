@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
+from hil.campaign.truth import TrueWay
 from onboard.config import Rover, Scanning
 from onboard.planning import archive
 from pictures.mission import Story, mission
 from pictures.style import png
 from pictures.terrain import Ground
 from tests.missions.mission import Flight
-from tests.missions.truth import Truth
 from tests.missions.world import World
 
 DOTS = 100  # per inch
 
 
-def picture(world: World, perfect: Truth, flight: Flight) -> bytes:
+def picture(world: World, perfect: TrueWay, flight: Flight) -> bytes:
     """Return the bytes of a PNG: true ground, path, contacts, decisions with their reasons, the map at each stop."""
     stops = np.array([(stop.pose.x_m, stop.pose.y_m) for stop in flight.stops])
     way = [part for at, stop in zip(stops, flight.stops) for part in (at[None], stop.driven[:, :2])]

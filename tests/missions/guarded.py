@@ -12,6 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from hil.campaign.mission import strips
 from onboard.config import Config, Rover
 from onboard.perception import ldem
 from onboard.planning import guarded_leg
@@ -26,7 +27,6 @@ from tests.missions.mission import Errors, Flight, Kinematic, unseen
 from tests.missions.scan_errors import ScanErrors
 from tests.missions.scanner import BEAM_NS, FAR_M, STEP_RAD, Scanner, hull_way_m
 from tests.missions.world import World, wheels
-from tests.scenarios.mission import strips
 
 LINE_M, LINE_RAD = 0.022, math.radians(1.5)
 FEEL_M, FEEL_RAD = 0.05, math.radians(11.25)  # contacts and tracks are checked this often

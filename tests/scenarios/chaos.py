@@ -16,11 +16,12 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from hil.campaign.mission import Watch, outcome_of
 from hil.plant.plant import PlantAbortError
 from hil.scenarios.model import Scenario
 from onboard.records import Event
 from protocol.tables.faults import BY_NAME
-from tests.scenarios.flown import GOAL_M, Watch, contact_words, outcome_of
+from tests.scenarios.flown import GOAL_M, contact_words
 from tests.scenarios.hostilities import HOSTILITIES
 from tests.scenarios.library import replayed_elsewhere
 from tests.scenarios.siege import Attack, Siege

@@ -1,7 +1,7 @@
 """Figures of a mission for campaigns: the rover's reports against the truth, and the reason of its end.
 
-`Watch` observes a flight and stores the largest pose error; `ended` makes the row; `true_reason` returns whether a
-mission that did not arrive stopped for a true reason.
+`ended` makes the row from an observer of the flight (`Watch` in hil/campaign/mission.py); `true_reason` returns whether
+a mission that did not arrive stopped for a true reason.
 """
 
 from __future__ import annotations
@@ -11,12 +11,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from hil.records import PlantState
+from hil.campaign.mission import Watch
 from hil.run.in_process import InMemory
-from onboard.core.rover import Rover
-from onboard.records import Inputs, Outputs
-from protocol.link.transactions import RequestState
-from protocol.tables.modes import Phase
 
 GOAL_M = 0.3
 SAW_TOO_LITTLE = ("saw too little", "LIDAR_DIRTY")  # in a reason or among the faults: the scanner is the cause
@@ -60,20 +56,6 @@ class Row:
         return self.outcome == "arrived"
 
 
-class Watch:
-    """Observer of the error of the reported pose at each tick."""
-
-    def __init__(self) -> None:
-        self.error_m = self.max_error_m = 0.0
-
-    def __call__(self, tick: int, inputs: Inputs, outputs: Outputs, rover: Rover, state: PlantState) -> None:
-        """Observe a tick, for InMemory.run and step."""
-        pose = rover.localisation.pose
-        self.error_m = math.dist((pose.x_m, pose.y_m), state.position_m[:2].tolist())
-        if rover.executive.phase is not Phase.NONE:
-            self.max_error_m = max(self.max_error_m, self.error_m)
-
-
 def with_losses(bench: InMemory, ratio: float | None) -> InMemory:
     """Set the share of lost beams of a bench before its first tick; None: that of the scenario."""
     if ratio is not None:
@@ -115,15 +97,6 @@ def contact_words(contact: Any) -> str:
     """Return time and kind of a contact: a pair of both, or a record with `begin_s` and `what`."""
     at_s, what = contact if isinstance(contact, tuple) else (contact.begin_s, contact.what)
     return f"{at_s:.1f} s: {what}"
-
-
-def outcome_of(bench: InMemory, error: str = "") -> str:
-    """Return 'arrived' if every order so far was completed, else the report on the first that was not."""
-    for request in bench.operator.requests:
-        if request.state is not RequestState.COMPLETED:
-            told = request.report.text if request.report else "no answer"
-            return error or f"{request.telecommand.name}: {told or request.state.name}"
-    return error or "arrived"
 
 
 def true_reason(row: Row) -> bool:

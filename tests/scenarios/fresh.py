@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from hil.campaign.mission import LIMIT_S, bench_to_goal
 from hil.scenarios.model import Scenario
 from tests.scenarios import losses
 from tests.scenarios.flown import Row, line
-from tests.scenarios.mission import LIMIT_S, bench_to_goal
 
 SEEDS = tuple(range(101, 131))
 SHORT = (101, 103)

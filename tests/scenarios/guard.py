@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hil.campaign.mission import LIMIT_S
 from hil.faults import ground_faults
 from hil.faults.ground_faults import KINDS, Obstacle
 from hil.plant.plant import PlantAbortError
@@ -25,7 +26,6 @@ from onboard.core.rover import Rover
 from onboard.records import F64, Inputs, Outputs
 from protocol.conventions import WHEEL_SIGNS
 from protocol.tables.modes import Phase
-from tests.scenarios.mission import LIMIT_S
 
 TRENCHES, STEPS, NOMINAL = range(1, 21), range(21, 41), range(41, 51)
 SEEDS = (*TRENCHES, *STEPS, *NOMINAL)

@@ -19,6 +19,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from scipy.stats import chi2
 
+from hil.campaign.mission import LIMIT_S, edges
 from hil.records import PlantState
 from hil.run.in_process import CAMPAIGN_STEP_NS, InMemory, goto
 from hil.scenarios.model import Scenario
@@ -37,7 +38,6 @@ from pictures.estimate import Trace
 from protocol.conventions import wrap_rad
 from protocol.link.transactions import RequestState
 from protocol.tables.modes import Phase
-from tests.scenarios.mission import LIMIT_S, edges
 
 SEEDS = (*range(1, 11), *range(21, 25), *range(31, 35))
 SHORT = (1, 31)

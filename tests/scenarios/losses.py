@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from hil.campaign.mission import LIMIT_S, Watch, bench_to_goal, outcome_of
 from hil.run.in_process import InMemory
 from hil.scenarios.model import Scenario
-from tests.scenarios.flown import Row, Watch, broken, ended, line, outcome_of, with_losses
-from tests.scenarios.mission import LIMIT_S, bench_to_goal
+from tests.scenarios.flown import Row, broken, ended, line, with_losses
 
 PERCENTS, FIELDS = (1, 3, 8), range(1, 31)
 SEEDS = tuple(100 * percent + field for percent in PERCENTS for field in FIELDS)

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from hil.campaign.mission import LIMIT_S, bench_to_goal
 from hil.scenarios.model import Scenario
 from hil.world.contacts import line
-from tests.scenarios.mission import LIMIT_S, bench_to_goal
 
 SEEDS = tuple(range(1, 11))
 SHORT = (1, 2, 3)

@@ -7,13 +7,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from hil.campaign.mission import Watch, outcome_of
 from hil.run.in_process import CAMPAIGN_STEP_NS, InMemory
 from hil.scenarios.model import Scenario
 from hil.terrain.fields import demo_field
 from onboard.config import Rover
 from tests.scenarios import __main__ as command
 from tests.scenarios import fresh, losses, three_goals
-from tests.scenarios.flown import HEADS, Row, Watch, broken, contact_words, ended, outcome_of, true_reason, with_losses
+from tests.scenarios.flown import HEADS, Row, broken, contact_words, ended, true_reason, with_losses
 from tests.scenarios.registry import CAMPAIGNS
 from tests.scenarios.three_goals import GOALS, clear_m, goals_of, turning_m
 

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from hil.campaign.mission import LIMIT_S, Watch, edges, goto, outcome_of
 from hil.plant.plant import PlantAbortError
 from hil.run.in_process import CAMPAIGN_STEP_NS, InMemory
 from hil.scenarios.model import Scenario
@@ -24,8 +25,7 @@ from onboard.config import Planning, Rover
 from onboard.planning import poses
 from onboard.records import F64, Bool
 from protocol.conventions import wrap_rad
-from tests.scenarios.flown import Row, Watch, broken, ended, line, outcome_of
-from tests.scenarios.mission import LIMIT_S, edges, goto
+from tests.scenarios.flown import Row, broken, ended, line
 
 SEEDS = tuple(range(1, 21))
 SHORT = (1,)
