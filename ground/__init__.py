@@ -1,6 +1,7 @@
 """The ground station. Each folder imports only the folders below it; the import contract in pyproject.toml checks this.
 
 __main__                     the command `ground`
+watch                        the view in the terminal
 shell   gateway   bridge     many verbs on one link; MAVLink ground programs; CCSDS ground systems
 verbs                        the command line: requests to the rover and queries of the archive
 operation                    one operation from start to exit code: a script in, news out

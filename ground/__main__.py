@@ -4,7 +4,8 @@
 69 no link or no rover, or the link's carrier closed, 73 cannot write a file, 75 not finished in time,
 78 wrong settings or keys, 130 ended by Ctrl-C.
 
-All verbs are listed here, in the order of `--help`; their code is in `verbs`, `shell`, `gateway`, `bridge` and `page`.
+All verbs are listed here, in the order of `--help`; their code is in `cli`, `gateway`,
+`ccsds` and `page`.
 """
 
 from __future__ import annotations
@@ -32,6 +33,8 @@ from ground.cli.verbs.report import report_command
 from ground.cli.verbs.run_verb import ask, carry_out, last_words, leave, plan_of
 from ground.cli.verbs.screen import line_beside, line_out
 from ground.cli.verbs.table import Contact, StationFile
+from ground.cli.watch.command import EXAMPLES as WATCH_EXAMPLES
+from ground.cli.watch.command import watch_command
 from ground.gateway.command import gateway_command
 from ground.page.command import EXAMPLES, serve_command
 from ground.station.clock import ClockError
@@ -107,7 +110,7 @@ app.command(epilog="Examples: ground status | ground status --all | ground statu
 app.command(epilog="Examples: ground get ldem | ground get scan --out cloud.ply | ground get record 120 130 slim")(
     own.get
 )
-app.command(epilog="Example: ground watch")(own.watch)
+app.command("watch", epilog=WATCH_EXAMPLES)(watch_command)
 app.command(epilog="Examples: ground script mission.txt | echo 'goto 12 3' | ground script -")(own.script)
 app.add_typer(bridge_app, name="bridge")
 app.command(epilog="Examples: ground shell | echo 'goto 2 0' | ground shell")(shell)

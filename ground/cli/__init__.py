@@ -1,1 +1,1 @@
-"""The command line of the station: verbs, operations, shell."""
+"""The command line of the station: verbs, operations, shell, view in the terminal."""

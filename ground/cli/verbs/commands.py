@@ -1,4 +1,4 @@
-"""Verbs with code of their own: drive, show the status, fetch a product, watch, run a script."""
+"""Verbs with code of their own: drive, show the status, fetch a product, run a script."""
 
 from __future__ import annotations
 
@@ -111,11 +111,6 @@ def save_product(session: Session, name: str, path: Path, as_json: bool = False)
     if as_json:
         line_out(json.dumps({"news": "written", "file": str(path), "bytes": path.stat().st_size, "holds": holds}))
     line_beside(f"{path} written: {holds}")
-
-
-def watch(contact: Contact = 0.0, station: StationFile = None, as_json: Json = False) -> None:
-    """Show events and a status line each second until Ctrl-C."""
-    leave(*ask(station, Plan(contact_s=contact, report_s=1.0), as_json))
 
 
 def script(

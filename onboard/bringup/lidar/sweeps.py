@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ from onboard.bringup.lidar.listener import Listener
 from onboard.config import Config
 from onboard.devices.nodes import Nodes
 from onboard.perception.scan3d import Scan3d, gather
-from onboard.records import Scan
+from onboard.records import Inputs, Scan
 from protocol.generated.can_codec import TiltState
 
 BEFORE_NS, AFTER_NS = 100_000_000, 150_000_000  # the axis at rest before; a turn of the scanner and its transfer after
@@ -39,10 +39,15 @@ def sweeps_of(path: Path, config: Config) -> Iterator[Scan3d]:
 
 def recorded_sweeps(path: Path, config: Config) -> Iterator[RecordedSweep]:
     """Yield the sweeps like `sweeps_of`, with wheels and axis at the end of each. Raises DamagedRecordError."""
+    yield from sweeps_in((inputs for _, inputs, _ in rows_of(path)), config)
+
+
+def sweeps_in(ticks: Iterable[Inputs], config: Config) -> Iterator[RecordedSweep]:
+    """Yield the sweeps in the inputs of successive ticks."""
     listener, nodes = Listener(config.lidar), Nodes(config.rover, config.can)
     scans: list[Scan] = []
     began_ns = ended_ns = 0
-    for _, inputs, _ in rows_of(path):
+    for inputs in ticks:
         nodes.receive(inputs.can_frames, inputs.now_ns)
         for chunk in inputs.lidar_chunks:
             scans += listener.receive(chunk)

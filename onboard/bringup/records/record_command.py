@@ -22,7 +22,8 @@ Examples:
   onboard record cut onboard.mcap --seconds 40:60 --out stuck.mcap --replayable
   onboard record cut power_lost.mcap --out whole.mcap
   onboard record export onboard.mcap --channels /out/pose,/out/event --out run.csv
-  onboard record export onboard.mcap --out view.mcap      for Foxglove, with its layout docs/foxglove.json"""
+  onboard record export onboard.mcap --out view.mcap      for Foxglove, with its layout docs/foxglove.json
+  onboard record export onboard.mcap --ros2 --out run_bag  for ROS 2: ros2 bag play run_bag"""
 
 
 @click.group("record", epilog=EXAMPLES)
@@ -72,10 +73,14 @@ def cut_command(record: Path, out: Path, ticks: str | None, seconds: str | None,
 
 @app.command("export", epilog=EXAMPLES)
 @click.argument("record", type=Path)
-@click.option("--out", "-o", type=Path, required=True, help="Where it goes: .csv, .jsonl, or .mcap for Foxglove.")
+@click.option(
+    "--out", "-o", type=Path, required=True,
+    help="Where it goes: .csv, .jsonl, or .mcap for Foxglove; with --ros2 a new folder.",
+)  # fmt: skip
 @click.option("--channels", default="", help="Which, by commas; without it all.")
-@click.option("--force", is_flag=True, help="Write over a file that is there.")
-def export_command(record: Path, out: Path, channels: str, force: bool) -> None:
+@click.option("--ros2", is_flag=True, help="A ROS 2 bag (MCAP): odometry, tf, joints, clouds, map, paths, diagnostics.")
+@click.option("--force", is_flag=True, help="Write over a file or bag that is there.")
+def export_command(record: Path, out: Path, channels: str, ros2: bool, force: bool) -> None:
     """Write channels of RECORD for other tools, decoded: CAN frames by their signals, events, poses.
 
     Exit codes: 0 done, 64 no such channel or format, 65 the record is damaged, 66 no such file, 73 no place to write.
@@ -87,12 +92,37 @@ def export_command(record: Path, out: Path, channels: str, force: bool) -> None:
     chosen = [name for name in channels.split(",") if name] or list(ROWS)
     if unknown := [name for name in chosen if name not in ROWS]:
         raise fail(EX_USAGE, f"no channel {unknown[0]!r}; there are {', '.join(ROWS)}")
+    if ros2:
+        _export_ros2(record, chosen, out, force)
+        return
     form = out.suffix.removeprefix(".")
     if form not in FORMATS:
         raise fail(EX_USAGE, f"{out} should end with one of {', '.join(f'.{name}' for name in FORMATS)}")
     _may_write(record, out, force)
     count = _read(record, lambda: FORMATS[form](open_record(record), chosen, out))
     print(f"{out}: {count} rows")
+
+
+def _export_ros2(record: Path, channels: list[str], out: Path, force: bool) -> None:
+    try:
+        from onboard.bringup.ros2.bag import remove_bag, write_bag
+    except ModuleNotFoundError as error:
+        raise fail(EX_USAGE, f"--ros2 needs the package {error.name}: pip install '.[ros2]'") from None
+    from onboard.record.reader import open_record
+
+    if out.suffix:
+        raise fail(EX_USAGE, f"{out}: a ROS 2 bag is a folder; name it without an ending, as {out.with_suffix('')}")
+    if not record.is_file():
+        raise fail(EX_NOINPUT, f"no record {record}")
+    if not out.parent.is_dir():
+        raise fail(EX_CANTCREAT, f"{out} cannot be written: {out.parent} is no folder")
+    if out.exists() and not force:
+        raise fail(EX_CANTCREAT, f"{out} is there already; --force writes over a bag")
+    opened = _read(record, lambda: open_record(record))
+    if out.exists() and not (out.is_dir() and remove_bag(out)):
+        raise fail(EX_CANTCREAT, f"{out} is not a ROS 2 bag, or holds other files too: nothing was written over")
+    count = _read(record, lambda: write_bag(opened, channels, out))
+    print(f"{out}: {count} messages; `ros2 bag play {out}`")
 
 
 def _slice(ticks: str | None, seconds: str | None, replayable: bool) -> Slice:
