@@ -22,6 +22,8 @@ SANITIZED := EL_DORADO_KERNELS=build/sanitize ASAN_OPTIONS=detect_leaks=0 PYTHON
 	LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libstdc++.so)"
 # Libraries with one thread each, for speed: no result depends on it.
 ONE_THREAD := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
+FAST = $(ONE_THREAD) $(B)/python -m pytest -n 2 --dist worksteal --hypothesis-profile $(LAWS) --ignore tests/house \
+	-m "not campaign and not mission and not tool"
 ARM64_TESTS := $(if $(SHORT),$(addprefix tests/onboard/test_,elementary.py linear.py kernels.py scip_kernel.py), \
 	$(KERNEL_TESTS) $(addprefix tests/protocol/test_,can.py link.py packing.py scip.py space_packets.py transactions.py) \
 	$(addprefix tests/onboard/test_,cloud.py kinematics.py poses.py record_replay.py registration.py))
@@ -53,7 +55,11 @@ sim: .venv/.project ## bench, rover and link in real time until Ctrl-C; try `gro
 	@$(B)/hil sim --seed $(SEED) --terrain $(TERRAIN) $(LIDAR:%=--lidar %)
 
 test: .venv/.project .venv/.hokuyolx .venv/.site ## the fast test suite (5 minutes on two fast cores)
-	@$(ONE_THREAD) $(B)/python -m pytest -n 2 --dist worksteal --hypothesis-profile $(LAWS) --ignore tests/house -m "not campaign and not mission and not tool"
+	@$(FAST)
+
+test-times: .venv/.project .venv/.hokuyolx .venv/.site ## the fast test suite, then its slowest tests and files by processor time
+	@$(FAST) -p tests.times
+	@$(B)/python -m tests.times
 
 test-tools: .venv/.project .venv/.site ## tests of the test tools, packaging, viewers, pictures and the physics engine (2 minutes)
 	@$(ONE_THREAD) $(B)/python -m pytest -n 2 --dist loadfile --ignore tests/house -m "tool and not campaign and not mission"
@@ -202,4 +208,4 @@ clean: ## remove build and .venv
 help: ## this list
 	@grep -E '^[a-z0-9-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 16
 
-.PHONY: setup demo sim test test-tools test-missions test-scenarios test-vcan test-roots test-certificates test-arm64 test-page test-mutation test-sanitize fuzz lint bench bench-link soak missions nightly codec clients docs site rover locks install uninstall deb size clean help
+.PHONY: setup demo sim test test-times test-tools test-missions test-scenarios test-vcan test-roots test-certificates test-arm64 test-page test-mutation test-sanitize fuzz lint bench bench-link soak missions nightly codec clients docs site rover locks install uninstall deb size clean help
