@@ -2,7 +2,7 @@
 
 Each seed is flown by `hil demo` under each row of tests/pretended.py; the certificates have to be the same bytes, and
 each record has to replay in a plain environment. Into build/certificates. Minutes each: the nightly run flies three
-seeds under three rows, the fast suite a short mission under one (tests/onboard/test_portable_replay.py).
+seeds under three rows, the fast suite a short mission under one (tests/onboard/native/test_portable_replay.py).
 """
 
 from __future__ import annotations

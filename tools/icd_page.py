@@ -134,7 +134,7 @@ def _protection() -> Iterable[str]:
         A receiver drops and counts a frame with a wrong CRC, with the counter of the frame before it (repeated), with
         a value out of its range or not 8 bytes long. It counts, but takes, one after a gap in the counter (lost) or
         after more than {LATE_CYCLES:g} intervals (late). Every single and double bit error and every burst of up to 8
-        bits is found; the tests try them all, in every frame (`tests/protocol/test_can_damage.py`).""")
+        bits is found; the tests try them all, in every frame (`tests/protocol/can/test_can_damage.py`).""")
 
 
 def _duties(table: Table) -> Iterable[str]:

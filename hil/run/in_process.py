@@ -5,7 +5,7 @@
 No socket, thread or wall clock, and no file except a requested record. Devices, plant, faults and the flight program
 are those of `hil run`; jobs run at the tick at which lock-step takes their results. The timing is that of Bench:
 outputs of tick n act from n + 1 on. So the same scenario gives the same bytes as over sockets, if the commands arrive
-in the same ticks (tests/hil/test_in_memory.py). There is no link emulator and no station: an Operator (operator.py)
+in the same ticks (tests/hil/run/test_in_memory.py). There is no link emulator and no station: an Operator (operator.py)
 sends the timed commands of the scenario's `script`; during `blackout_s` nothing passes in either direction.
 
     flight = InMemory(Scenario(terrain="flat")).run()

@@ -2,7 +2,7 @@
 // whose result IEEE 754 defines to the bit: the same result on every processor, with every library and build. The C
 // library's functions differ in the last bit, depending on the instructions available. Argument reduction after Cody
 // and Waite (1980), then Taylor polynomials, summed with the lower part of the argument. Errors against exact values:
-// tests/onboard/test_elementary.py.
+// tests/onboard/native/test_elementary.py.
 #pragma once
 
 #include <cmath>

@@ -17,7 +17,7 @@ from onboard.native.scip import Blocks
 from onboard.records import Chunk, PortState
 from protocol import WireError, scip
 from tests.onboard.lidar_rig import Rig
-from tests.protocol.test_scip_damage import (
+from tests.protocol.scip.test_scip_damage import (
     DAMAGE,
     FULL,
     scan_of,

@@ -1,10 +1,9 @@
 """A station in virtual time: the real session, a toy rover and a carrier that can close, behind Station's face."""
 
-from toy_rover import TICK_NS, ToyRover
-
 from ground.link.session import Session
 from ground.station.clock import ClockTurn
 from protocol.link.datagrams import bench_keys
+from tests.ground.toy_rover import TICK_NS, ToyRover
 
 S = 1_000_000_000
 

@@ -27,20 +27,26 @@ class Target(NamedTuple):
 
 
 TARGETS = (
-    Target("onboard.motion.kinematics", ("tests/onboard/test_kinematics.py", "tests/onboard/test_degraded.py")),
-    Target("onboard.bus_guard.rules", ("tests/onboard/test_bus_guard.py",)),
-    Target("onboard.bus_guard.command", ("tests/onboard/test_bus_guard.py",)),
-    Target("protocol.link.datagrams", ("tests/protocol/test_link.py", "tests/protocol/test_security.py")),
-    Target("protocol.link.direct", ("tests/protocol/test_direct.py",)),
+    Target(
+        "onboard.motion.kinematics",
+        ("tests/onboard/motion/test_kinematics.py", "tests/onboard/motion/test_degraded.py"),
+    ),
+    Target("onboard.bus_guard.rules", ("tests/onboard/app/test_bus_guard.py",)),
+    Target("onboard.bus_guard.command", ("tests/onboard/app/test_bus_guard.py",)),
+    Target("protocol.link.datagrams", ("tests/protocol/link/test_link.py", "tests/protocol/link/test_security.py")),
+    Target("protocol.link.direct", ("tests/protocol/link/test_direct.py",)),
     Target(
         "protocol.link.keyring",
-        ("tests/protocol/test_link.py", "tests/protocol/test_security.py", "tests/test_wire_page.py"),
+        ("tests/protocol/link/test_link.py", "tests/protocol/link/test_security.py", "tests/test_wire_page.py"),
     ),
-    Target("transport.key_file", ("tests/onboard/test_link_port.py",)),
-    Target("onboard.drivers.link.port", ("tests/onboard/test_link_port.py", "tests/protocol/test_security.py")),
-    Target("onboard.drivers.link.saved_state", ("tests/protocol/test_security.py",)),
-    Target("onboard.core.modes.lease", ("tests/onboard/test_lease.py",)),
-    Target("protocol.tables.modes", ("tests/protocol/test_transitions.py",)),
+    Target("transport.key_file", ("tests/onboard/drivers/test_link_port.py",)),
+    Target(
+        "onboard.drivers.link.port",
+        ("tests/onboard/drivers/test_link_port.py", "tests/protocol/link/test_security.py"),
+    ),
+    Target("onboard.drivers.link.saved_state", ("tests/protocol/link/test_security.py",)),
+    Target("onboard.core.modes.lease", ("tests/onboard/core/test_lease.py",)),
+    Target("protocol.tables.modes", ("tests/protocol/tables/test_transitions.py",)),
 )
 
 EQUIVALENT: Mapping[str, str] = {

@@ -11,7 +11,7 @@ from onboard.devices.lidar.session import LidarSession
 from onboard.records import Chunk, PortState
 from protocol import scip
 from tests.protocol import wire
-from tests.protocol.test_scip import PP, VV
+from tests.protocol.scip.test_scip import PP, VV
 
 TICK_NS = 10_000_000
 IDEAL_NS = profiles.stamp_to_first_byte_ns(profiles.IDEAL)

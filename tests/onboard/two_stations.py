@@ -2,8 +2,6 @@
 
 from dataclasses import replace
 
-from core_bench import QUICK, CoreBench
-
 from ground.link.news import EventHeard, ReportHeard
 from ground.link.session import Session
 from onboard import config
@@ -12,6 +10,7 @@ from onboard.drivers.link.saved_state import LinkMemory
 from onboard.records.status import EPOCH
 from protocol.link.datagrams import DOWNLINK_KEY_ID, KEY_DOWN, KEY_UP, Sealer
 from protocol.link.keyring import EPOCHS, Keyring, LinkKeys
+from tests.onboard.core_bench import QUICK, CoreBench
 
 S = 1_000_000_000
 SECRETS = {1: bytes(range(1, 33)), 2: bytes(range(33, 65))}

@@ -18,8 +18,6 @@ import numpy as np
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests/ground")]
 
-from toy_rover import TICK_NS, ToyRover  # noqa: E402
-
 from ground.page.access import hosts_of, stored_tokens  # noqa: E402
 from ground.page.acknowledged import Acknowledged  # noqa: E402
 from ground.page.guard import Gate  # noqa: E402
@@ -36,6 +34,7 @@ from protocol.link.datagrams import bench_keys  # noqa: E402
 from protocol.products import LdemProduct, MapGrid, encode_ldem  # noqa: E402
 from protocol.products.height_std import HEIGHT_STD_CODEC, HeightStd, encode_height_std  # noqa: E402
 from protocol.products.pose_map import PoseMap, encode_poses  # noqa: E402
+from tests.ground.toy_rover import TICK_NS, ToyRover  # noqa: E402
 
 MORE = {
     "sigma_major_m": 0.4, "sigma_minor_m": 0.1, "sigma_axis_rad": 0.5236, "slip_ratio": 0.12,

@@ -1,9 +1,9 @@
 """Every scenario of hil/scenarios, in one process next to a twin without the fault: each keeps its promise.
 
 Its record is then replayed by the narrowest build of the kernels, to the same bytes as the widest one flew. Records of
-scenarios with a failing disk have gaps and cannot be replayed (tests/onboard/test_record_file.py). A flight's seed is
+scenarios with a failing disk have gaps and cannot be replayed (tests/onboard/record/test_record_file.py). A seed is
 the scenario's place in the list (`hil list`), from 1. Scenarios that need several processes are flown over sockets, in
-tests/hil/test_missions.py.
+tests/hil/run/test_missions.py.
 """
 
 from __future__ import annotations
