@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[1]
 OURS = ("protocol", "transport", "onboard", "ground", "hil", "pictures")
 BENCH = {"pybullet", "viser", "embreex", "trimesh", "matplotlib", "pillow", "duckdb", "pydantic", "pytest"}
 OF_A_BUSY_COMPUTER = {"drift", "time", "gaps"}  # findings of `lidar check` that depend on when a process runs
-OWN_EXTRA = {"embreex", "rerun-sdk", "rosbags"}  # asked for by name: extras of pyproject.toml
+OWN_EXTRA = {"embreex", "rerun-sdk", "rosbags", "foxglove-sdk"}  # asked for by name: extras of pyproject.toml
 
 
 def imports(path):

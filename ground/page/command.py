@@ -3,21 +3,28 @@
 from __future__ import annotations
 
 import os
+import threading
+from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple, NoReturn
 
 import typer
 
-from ground.cli.verbs.options import fail
+from ground.cli.verbs.options import USAGE, fail
 from ground.cli.verbs.screen import line_beside, line_out
 from ground.cli.verbs.table import StationFile
 from ground.station.settings import StationSettings, load_settings
 
+if TYPE_CHECKING:
+    from ground.foxglove.server import FoxgloveServer
+    from ground.page.live import OnTurn
+
 EXAMPLES = (
-    "Examples: ground serve | ground serve --port 9000 --gdem build/sim/gdem.npz\n\n"
+    "Examples: ground serve | ground serve --port 9000 --gdem build/sim/gdem.npz | ground serve --foxglove\n\n"
     "From another computer: ssh -L 8765:127.0.0.1:8765 STATION, then open the printed address there."
 )
 _TOKENS, _ACKNOWLEDGED = "page-tokens.json", "page-acknowledged.json"
+_LOOK_S = 0.5
 
 
 def serve_command(
@@ -39,6 +46,13 @@ def serve_command(
         ),
     ] = None,
     https: Annotated[bool, typer.Option("--https", help="Browsers come by https, through a proxy.")] = False,
+    foxglove: Annotated[
+        bool, typer.Option("--foxglove", help="Also serve live data to Foxglove, by WebSocket; it takes no commands.")
+    ] = False,
+    foxglove_port: Annotated[
+        int, typer.Option(min=1, max=65535, metavar="PORT", help="Port for Foxglove, at the same address.")
+    ] = 8766,
+    page: Annotated[bool, typer.Option("--page/--no-page", help="Without the page: for Foxglove only.")] = True,
     station: StationFile = None,
 ) -> None:
     """Show the operator's page in the browser until Ctrl-C: map, telemetry, events, commands, and STOP.
@@ -46,6 +60,63 @@ def serve_command(
     The printed addresses sign in: one as operator, one as viewer, who can only watch. Whoever has them has the role.
     """
     settings = load_settings(station)
+    if not page and not foxglove:
+        raise fail(USAGE, "--no-page leaves nothing to serve; add --foxglove")
+    with ExitStack() as stack:
+        on_turn = _foxglove(stack, host, foxglove_port).turn if foxglove else None
+        if not page:
+            _serve_foxglove(settings, on_turn)
+        _serve_page(settings, PageOptions(host, port, tuple(name or ()), gdem, https), on_turn)
+
+
+class PageOptions(NamedTuple):
+    """Options of the page, as `ground serve --help` explains them."""
+
+    host: str
+    port: int
+    names: tuple[str, ...]
+    gdem: Path | None
+    https: bool
+
+
+def _foxglove(stack: ExitStack, host: str, port: int) -> FoxgloveServer:
+    """Start the server for Foxglove and print its address."""
+    try:
+        from ground.foxglove.server import FoxgloveServer
+    except ModuleNotFoundError as error:
+        raise fail(USAGE, f"--foxglove needs the package {error.name}-sdk: pip install '.[foxglove]'") from None
+    from ground.page.access import is_loopback
+
+    server = stack.enter_context(FoxgloveServer(host, port))
+    line_out(f"Foxglove: ws://{_reached(host)}:{port}")
+    if not is_loopback(host):
+        line_beside(
+            f"ground: whoever reaches port {port} reads the rover's data: it has no token and no encryption; "
+            "keep to 127.0.0.1 with `ssh -L`"
+        )
+    return server
+
+
+def _serve_foxglove(settings: StationSettings, on_turn: OnTurn | None) -> NoReturn:
+    """Keep the link open for Foxglove alone until Ctrl-C, and report on stderr why it is down."""
+    from ground.page.live import Live
+    from ground.page.snapshot import EMPTY
+
+    live, wait, trouble = Live(settings, lambda product, utc_ns: None, on_turn=on_turn), threading.Event(), ""
+    live.start()
+    try:
+        while True:
+            wait.wait(_LOOK_S)
+            shot = live.snapshot
+            if shot is not EMPTY and shot.trouble != trouble:
+                trouble = shot.trouble
+                line_beside(f"ground: {trouble}; it is tried again" if trouble else "ground: on the link")
+    finally:
+        live.stop()
+
+
+def _serve_page(settings: StationSettings, options: PageOptions, on_turn: OnTurn | None) -> None:
+    host, port, https = options.host, options.port, options.https
     os.environ.setdefault("NICEGUI_STORAGE_PATH", str(_folder(settings) or Path("build")))
     # the page's library takes a second to load: only this command pays for it
     from ground.page.access import hosts_of, is_loopback, new_tokens, stored_tokens
@@ -60,14 +131,14 @@ def serve_command(
     folder = _folder(settings)
     tokens = new_tokens() if folder is None else stored_tokens(folder / _TOKENS)
     try:
-        orbit = gdem_file(gdem if gdem is not None else _beside(settings))
+        orbit = gdem_file(options.gdem if options.gdem is not None else _beside(settings))
     except NoMapError as error:
         raise fail(error.code, str(error)) from None
     maps = Maps(orbit, Path(settings.archive) if settings.archive else None)
     maps.load()
-    live = Live(settings, maps.add)
+    live = Live(settings, maps.add, on_turn=on_turn)
     site = Site(
-        Gate(tokens, hosts_of(host, port, tuple(name or ())), port),
+        Gate(tokens, hosts_of(host, port, options.names), port),
         live,
         maps,
         Acknowledged(None if folder is None else folder / _ACKNOWLEDGED),
@@ -75,7 +146,7 @@ def serve_command(
         https,
     )
     with listen(host, port) as at:
-        shown = f"http://{'127.0.0.1' if host in ('0.0.0.0', '::') else host}:{port}/sign-in"
+        shown = f"http://{_reached(host)}:{port}/sign-in"
         line_out(f"operator: {shown}#{tokens.operator}")
         line_out(f"viewer:   {shown}#{tokens.viewer}")
         if not is_loopback(host) and not https:
@@ -89,6 +160,13 @@ def serve_command(
             run(made, at)
         finally:
             live.stop()
+
+
+def _reached(host: str) -> str:
+    """Return the address by which this computer reaches a listener at `host`."""
+    if host in ("0.0.0.0", "::"):
+        return "127.0.0.1"
+    return f"[{host}]" if ":" in host and not host.startswith("[") else host
 
 
 def _folder(settings: StationSettings) -> Path | None:

@@ -9,6 +9,7 @@ seconds, and an order to halt the rover that came meanwhile is sent first.
 
 from __future__ import annotations
 
+import logging
 import sqlite3
 import threading
 import time
@@ -42,6 +43,8 @@ from protocol.tables import commands
 PUBLISH_NS = 100_000_000
 _RETRY_S, _CONNECT_S, _ALONE_S = 2.0, 20.0, 3.0
 _MOST_EVENTS, _MOST_SAYS = 400, 20
+OnTurn = Callable[[list[News], Session, int], None]
+_LOG = logging.getLogger(__name__)
 _DOWN = (StationError, ArchiveError, ConfigError, OSError, sqlite3.Error)
 
 
@@ -66,6 +69,7 @@ class Live:
 
     past: what the archive had at the start.
     on_product: called in the thread with each product and its UTC, ns.
+    on_turn: called in the thread with each turn's news, the session and the station's time, ns; dropped if it fails.
     """
 
     def __init__(
@@ -73,8 +77,10 @@ class Live:
         settings: StationSettings,
         on_product: Callable[[Product, int], None],
         open_station: Callable[[StationSettings, Archive], Any] = Station,
+        on_turn: OnTurn | None = None,
     ) -> None:
         self._settings, self._on_product, self._open_station = settings, on_product, open_station
+        self._on_turn = on_turn
         self._thread = threading.Thread(target=self._run, name="link", daemon=False)
         self._end = threading.Event()
         self._inbox: deque[Order] = deque()
@@ -154,6 +160,7 @@ class Live:
             self._take_orders(session, now_ns)
             news += station.flush(now_ns)
             self._hear(news, session)
+            self._publish_turn(news, session, now_ns)
             while session.texts:
                 self._says.append(session.texts.pop(0))
             if uplink.refused(session, now_ns):
@@ -193,6 +200,16 @@ class Live:
                 )
             elif isinstance(one, ProductHeard):
                 self._on_product(one.product, session.utc_ns + one.at_ns)
+
+    def _publish_turn(self, news: list[News], session: Session, now_ns: int) -> None:
+        if self._on_turn is None:
+            return
+        try:
+            self._on_turn(news, session, now_ns)
+        except Exception as error:  # noqa: BLE001 - a view must not end the link, and with it STOP
+            self._on_turn = None
+            self._says.append(f"the live view for Foxglove has ended: {error}")
+            _LOG.exception("live view")
 
     def _mark(self, session: Session, now_ns: int) -> None:
         """Note when each request was first sent; the session itself stores times of reports only."""

@@ -100,7 +100,8 @@ def _made(source: str, raw: bytes, now_ns: int) -> Iterator[tuple[str, Value]]:
         yield from _MAKERS[source](row, now_ns)
 
 
-def _of_pose(row: Value, now_ns: int) -> Iterator[tuple[str, Value]]:
+def of_pose(row: Value, now_ns: int) -> Iterator[tuple[str, Value]]:
+    """Yield the views of a pose: x_m, y_m, z_m, roll_rad, pitch_rad, yaw_rad."""
     place = {axis: row[f"{axis}_m"] for axis in "xyz"}
     turn = _quaternion(row["roll_rad"], row["pitch_rad"], row["yaw_rad"])
     at = {"timestamp": _stamp(now_ns)}
@@ -117,7 +118,8 @@ def _of_pose(row: Value, now_ns: int) -> Iterator[tuple[str, Value]]:
     )
 
 
-def _of_event(row: Value, now_ns: int) -> Iterator[tuple[str, Value]]:
+def of_event(row: Value, now_ns: int) -> Iterator[tuple[str, Value]]:
+    """Yield the view of an event: now_ns, severity, name, text."""
     level = SEVERITIES.index(row["severity"]) + 1  # foxglove.Log counts from 1, debug, to 5, fatal
     yield (
         "/log",
@@ -147,7 +149,7 @@ def _of_frame(row: Value, now_ns: int) -> Iterator[tuple[str, Value]]:
 
 
 _MAKERS = {
-    "/out/pose": _of_pose, "/out/event": _of_event, "/in/tick": _of_tick,
+    "/out/pose": of_pose, "/out/event": of_event, "/in/tick": _of_tick,
     "/in/machine": _of_machine, "/in/can": _of_frame, "/out/can": _of_frame,
 }  # fmt: skip
 

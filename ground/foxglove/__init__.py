@@ -1,0 +1,1 @@
+"""Live data for Foxglove over its WebSocket protocol: see `server`."""
