@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -53,8 +54,9 @@ def spread(values: F64, title: str, along: str, mark: float | None = None) -> Fi
     axes = made.subplots()
     rising = np.sort(values)
     axes.step(rising, (np.arange(len(rising)) + 1) / len(rising), where="post", color=BLUE)
-    for ratio, name, colour in ((0.5, "median", GREEN), (0.9, "nine of ten", ORANGE)):
-        at = rising[min(len(rising) - 1, int(ratio * len(rising)))]
+    nine_of_ten = float(rising[math.ceil(0.9 * len(rising)) - 1])
+    marks = ((0.5, float(np.median(rising)), "median", GREEN), (0.9, nine_of_ten, "nine of ten", ORANGE))
+    for ratio, at, name, colour in marks:
         axes.plot([at, at], [0.0, ratio], color=colour, linestyle=(0, (4, 3)), label=f"{name} {at:.3g}")
     if mark is not None:
         axes.axvline(mark, color=GREY, linewidth=0.8)

@@ -125,6 +125,7 @@ def _drawings(rows: Sequence[Row]) -> Iterator[tuple[str, bytes]]:
         bars = [
             ShareBar(row.name, row.arrivals.ratio, row.arrivals.low, row.arrivals.high, row.arrivals.total)
             for row in by_class(rows, knob)
+            if row.arrivals.total
         ]
         yield f"share at the goal by {knob}", png(draw_shares(bars, f"At the goal, by {knob}", knob))
     for name, mark in (("way_ratio", 1.0), ("s_per_m", None)):

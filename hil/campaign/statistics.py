@@ -6,6 +6,7 @@ truth planner finds a path on a perfect map.
 
 from __future__ import annotations
 
+import math
 import statistics
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -183,7 +184,7 @@ def spread(rows: Iterable[Row], name: str) -> tuple[float, float, float] | None:
     values = sorted(float(row[name]) for row in rows if row.get(name) is not None)
     if not values:
         return None
-    return statistics.median(values), values[min(len(values) - 1, int(0.9 * len(values)))], values[-1]
+    return statistics.median(values), values[math.ceil(0.9 * len(values)) - 1], values[-1]
 
 
 def counts(rows: Iterable[Row]) -> dict[str, int]:

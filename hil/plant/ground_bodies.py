@@ -1,11 +1,17 @@
 """Ground as bodies of the physics engine, and rays cast on it.
 
 Soil is concave triangle tiles of 100 x 100 squares; rocks are concave triangle meshes too. The rocks of a block of
-ground share one body: each body costs a microsecond or more in every step. Rays on the same triangles are cast by
+ground share one body: each body costs a microsecond or more in every step.
+
+pybullet 3.2.7 keeps two references to each list that createCollisionShape is given, for ever: vertices, their rows and
+indices, 70 MB for a field of 20 m. So the rows are those of one pool, filled again for every mesh, and the other lists
+are emptied after the call. Rays on the same triangles are cast by
 hil.plant.rays: by our own kernel unless `cast_by` selects another caster. Other limits of the engine: docs/engine.md.
 """
 
 from __future__ import annotations
+
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,12 +70,12 @@ class Ground:
         return rocks[int(np.argmin(each.hypot(discs[:, 0] - point_m[0], discs[:, 1] - point_m[1]) - discs[:, 2]))]
 
     def _mesh(self, vertices: F64, triangles: NDArray[np.int32], group: int, mask: int) -> int:
+        rows, indices = _filled_rows(vertices), triangles.ravel().tolist()
         shape = pybullet.createCollisionShape(
-            pybullet.GEOM_MESH,
-            vertices=vertices.tolist(),
-            indices=triangles.ravel().tolist(),
-            physicsClientId=self._client,
+            pybullet.GEOM_MESH, vertices=rows, indices=indices, physicsClientId=self._client
         )
+        rows.clear()
+        indices.clear()
         body = pybullet.createMultiBody(0, shape, useMaximalCoordinates=1, physicsClientId=self._client)
         if shape < 0 or body < 0:
             raise RuntimeError(f"the engine refused a mesh of {len(vertices)} vertices")
@@ -86,6 +92,22 @@ class Ground:
     def cast(self, origins_m: F64, directions: F64, range_m: float) -> F64:
         """Ranges of rays on soil and rocks, see hil.plant.rays.casters.RayCaster."""
         return self._rays.cast(origins_m, directions, range_m)
+
+
+@cache
+def _row_pool() -> list[list[float]]:
+    """Rows that the engine has been given in this process."""
+    return []
+
+
+def _filled_rows(vertices: F64) -> list[list[float]]:
+    """Vertices (n, 3) as lists, whose rows are those of the pool."""
+    pool = _row_pool()
+    pool.extend([0.0, 0.0, 0.0] for _ in range(len(vertices) - len(pool)))
+    rows = pool[: len(vertices)]
+    for row, vertex in zip(rows, vertices.tolist()):
+        row[:] = vertex
+    return rows
 
 
 def _blocks(rocks: tuple[Rock, ...]) -> list[list[Rock]]:

@@ -3,7 +3,9 @@
 Each test is a row of docs/engine.md. What we do instead is in the same test, or in the one that the page names.
 """
 
+import gc
 import math
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -323,3 +325,24 @@ def test_beyond_its_mesh_a_body_falls_for_ever_without_a_word(client):
         pybullet.stepSimulation(client)
     depths = [pybullet.getBasePositionAndOrientation(each, client)[0][2] for each in (over, beside)]
     assert depths[0] > 0.05 and depths[1] < -40
+
+
+# -- memory --------------------------------------------------------------------------------------------------------
+
+
+def test_lists_given_to_a_mesh_are_kept_for_ever_and_a_second_ground_keeps_next_to_none(client):
+    rows, indices = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], [0, 1, 2]
+    before = [sys.getrefcount(each) for each in (rows, rows[0], indices)]
+    pybullet.createCollisionShape(pybullet.GEOM_MESH, vertices=rows, indices=indices, physicsClientId=client)
+    pybullet.resetSimulation(client)
+    assert [sys.getrefcount(each) for each in (rows, rows[0], indices)] == [count + 2 for count in before]
+    field = rough(1)
+    nodes = field.soil_z.size
+    Ground(field, client)  # its rows are there from now on
+    pybullet.resetSimulation(client)
+    gc.collect()
+    first = len(gc.get_objects())
+    Ground(field, client)
+    pybullet.resetSimulation(client)
+    gc.collect()
+    assert len(gc.get_objects()) - first < nodes / 100
