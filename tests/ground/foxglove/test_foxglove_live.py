@@ -15,8 +15,6 @@ from threading import Event
 
 import numpy as np
 import pytest
-from tests.protocol.test_scan_product import room
-from virtual_station import S, VirtualClock, VirtualStation
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
@@ -37,6 +35,8 @@ from protocol.mavlink_frames import ned_angles
 from protocol.products import decode_ldem
 from protocol.products.scan import decode_scan, encode_scan
 from protocol.tables.telemetry import TABLE
+from tests.ground.virtual_station import S, VirtualClock, VirtualStation
+from tests.protocol.products.test_scan_product import room
 
 SUBPROTOCOL = "foxglove.sdk.v1"
 ANGLES = (0.1, -0.2, 2.0)
