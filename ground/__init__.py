@@ -2,7 +2,7 @@
 
 __main__                     the command `ground`
 cli/watch                    the view in the terminal
-cli/shell gateway ccsds page many verbs on one link; MAVLink ground programs; CCSDS ground systems; the page in a browser
+cli/shell gateway ccsds page many verbs on one link; MAVLink ground programs; CCSDS ground systems; the browser's page
 foxglove                     live data for Foxglove by WebSocket, read-only
 cli/verbs                    the command line: requests to the rover and queries of the archive
 cli/operations               one operation from start to exit code: a script in, news out

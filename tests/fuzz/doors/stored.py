@@ -153,15 +153,20 @@ def _written(changes: dict[int, bytes]) -> bytes:
 
 def _commands(path: Path, out: Path) -> tuple[Callable[[], object], ...]:
     """Return every command that reads a record."""
+    export = record_command.export_command.callback
     return (
         partial(record_command.info_command.callback, path, False),
         partial(record_command.info_command.callback, path, True),
         partial(replay_command.print_verdict, path, True, replay),
         partial(replay_command.replay.callback, path, None, ("motion.cruise_mps=0.05",), True),
         partial(record_command.cut_command.callback, path, out / "cut.mcap", "2:9", None, True, True),
-        *(partial(record_command.export_command.callback, path, out / f"x.{form}", "", True) for form in FORMATS),
+        *(
+            partial(record_command.export_command.callback, path, out / f"x.{form}", "", False, True)
+            for form in FORMATS
+        ),
         partial(_by_callers, last_map, path),
         partial(_reported, path.parent),
+        partial(export, path, out / "bag", "", True, True),
     )
 
 

@@ -140,10 +140,8 @@ def test_damaged_and_foreign_parts_are_dropped_with_one_line_and_lose_nothing(tm
         ask(world)
         world.until(lambda: world.heard(ProductHeard))
         assert world.heard(ProductHeard)[0].product.data == world.rover.map
-        assert world.session.texts == [
-            "of the parts of products that were kept 3 are damaged or of another rover, and "
-            "0 products did not fit their SHA-256: these come anew"
-        ]
+        (text,) = world.session.texts
+        assert "3 are damaged or of another rover" in text and "0 products did not fit their SHA-256" in text
 
 
 def test_of_the_archive_only_chunks_of_the_last_day_count_and_in_lock_step_none(tmp_path):
