@@ -118,6 +118,7 @@ def _asks_the_rover(verb: str) -> bool:
     return verb in commands.FAMILIES or any(row.name == name for row in commands.TABLE)
 
 
+_MOST_S = 1e9
 _TAKES = {"--start", "--expires", "--out", "--heading"}
 
 
@@ -139,12 +140,16 @@ def _options(words: Sequence[str]) -> tuple[list[str], dict[str, str]]:
         else:
             left.append(word)
     for name in ("--start", "--expires"):
-        if name in options:
-            try:
-                float(options[name])
-            except ValueError:
-                raise ValueError(f"{name} should be seconds, found `{options[name]}`") from None
+        if name in options and not _are_seconds(options[name]):
+            raise ValueError(f"{name} should be seconds from 0 to {_MOST_S:g}, found `{options[name]}`")
     return left + ([options.pop("--heading")] if "--heading" in options else []), options
+
+
+def _are_seconds(text: str) -> bool:
+    try:
+        return 0 <= float(text) <= _MOST_S
+    except ValueError:
+        return False
 
 
 def completions() -> dict[str, object]:

@@ -105,7 +105,7 @@ def export_command(record: Path, out: Path, channels: str, ros2: bool, force: bo
 
 def _export_ros2(record: Path, channels: list[str], out: Path, force: bool) -> None:
     try:
-        from onboard.bringup.ros2.bag import remove_bag, write_bag
+        from onboard.bringup.ros2.bag import is_bag, write_bag
     except ModuleNotFoundError as error:
         raise fail(EX_USAGE, f"--ros2 needs the package {error.name}: pip install '.[ros2]'") from None
     from onboard.record.reader import open_record
@@ -118,9 +118,9 @@ def _export_ros2(record: Path, channels: list[str], out: Path, force: bool) -> N
         raise fail(EX_CANTCREAT, f"{out} cannot be written: {out.parent} is no folder")
     if out.exists() and not force:
         raise fail(EX_CANTCREAT, f"{out} is there already; --force writes over a bag")
-    opened = _read(record, lambda: open_record(record))
-    if out.exists() and not (out.is_dir() and remove_bag(out)):
+    if out.exists() and not is_bag(out):
         raise fail(EX_CANTCREAT, f"{out} is not a ROS 2 bag, or holds other files too: nothing was written over")
+    opened = _read(record, lambda: open_record(record))
     count = _read(record, lambda: write_bag(opened, channels, out))
     print(f"{out}: {count} messages; `ros2 bag play {out}`")
 

@@ -39,28 +39,27 @@ _LATCHED = Qos(
 
 
 def write_bag(record: Record, channels: Sequence[str], out: Path) -> int:
-    """Write the bag into the new folder `out`. Returns the number of messages.
+    """Write the bag into the folder `out`, in place of a bag that is there. Returns the number of messages.
 
-    An interrupted or failed export leaves nothing. Raises DamagedRecordError, OSError.
+    An interrupted or failed export leaves what was there. Raises DamagedRecordError, OSError.
     """
     part = out.with_name(f".{out.name}.part")
     shutil.rmtree(part, ignore_errors=True)
     part.mkdir()
     try:
         count = _write(record, channels, part / out.name)
+        if out.exists():
+            shutil.rmtree(out)
         (part / out.name).replace(out)
     finally:
         shutil.rmtree(part, ignore_errors=True)
     return count
 
 
-def remove_bag(folder: Path) -> bool:
-    """Delete a bag of one folder; False, and nothing is deleted, if the folder holds anything else."""
-    files = list(folder.iterdir())
-    if folder / METADATA not in files or any(file.name != METADATA and file.suffix != ".mcap" for file in files):
-        return False
-    shutil.rmtree(folder)
-    return True
+def is_bag(folder: Path) -> bool:
+    """True for a folder that holds one bag and nothing else."""
+    files = list(folder.iterdir()) if folder.is_dir() else []
+    return folder / METADATA in files and all(file.name == METADATA or file.suffix == ".mcap" for file in files)
 
 
 def _write(record: Record, channels: Sequence[str], folder: Path) -> int:

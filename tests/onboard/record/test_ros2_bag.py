@@ -259,6 +259,18 @@ def test_a_reader_without_rosbags_finds_cdr_and_definitions_of_every_topic(drive
     assert {s.encoding for s in summary.schemas.values()} == {"ros2msg"}
 
 
+def test_a_damaged_record_leaves_the_bag_that_was_there(driven, tmp_path):
+    path, bag = driven[0], tmp_path / "bag"
+    assert export(path, "--ros2", "--out", bag, "--channels", "/out/event") == 0
+    before = {file.name: file.read_bytes() for file in bag.iterdir()}
+    damaged = tmp_path / "damaged.mcap"
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 0xFF
+    damaged.write_bytes(data)
+    assert export(damaged, "--ros2", "--out", bag, "--force") == 65
+    assert {file.name: file.read_bytes() for file in bag.iterdir()} == before
+
+
 def test_a_bag_is_not_written_over_unless_told_and_never_anything_else(driven, tmp_path, capsys):
     path, bag = driven[0], tmp_path / "bag"
     assert export(path, "--ros2", "--out", bag, "--channels", "/out/event") == 0
