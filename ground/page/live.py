@@ -63,6 +63,16 @@ class Order:
     asked_by: str
     taken: Future[int] = field(default_factory=Future)
 
+    @property
+    def halts(self) -> bool:
+        """True if it halts the rover: then it waits for a closed link, and nothing withdraws it."""
+        return self.name in commands.HALTING
+
+    def refuse(self, why: Exception) -> None:
+        """Tell the browser that the order is not sent, if it still waits for an answer."""
+        if self.taken.set_running_or_notify_cancel():
+            self.taken.set_exception(why)
+
 
 class Live:
     """The link's thread. `start`, then `ask` from any thread, `stop` at the end.
@@ -108,11 +118,10 @@ class Live:
         Raises ValueError for a wrong order. While the link is closed only halting orders are taken; they wait.
         """
         commands.check(name, arguments)
-        halts = name in commands.HALTING
-        if not halts and (not self.snapshot.linked or self.snapshot.heard_ns is None):
+        if name not in commands.HALTING and (not self.snapshot.linked or self.snapshot.heard_ns is None):
             raise ValueError(f"not sent: {self.snapshot.trouble or 'nothing was heard of the rover yet'}")
         order = Order(name, arguments, lifetime_s, asked_by)
-        (self._inbox.appendleft if halts else self._inbox.append)(order)
+        (self._inbox.appendleft if order.halts else self._inbox.append)(order)
         return order.taken
 
     def command(self, request_id: int) -> CommandRow | None:
@@ -131,8 +140,8 @@ class Live:
             except _DOWN as error:
                 self._publish_down(str(error))
             self._end.wait(_RETRY_S)
-        for order in self._inbox:
-            order.taken.set_exception(ValueError("not sent: the server ends"))
+        while self._inbox:
+            self._inbox.popleft().refuse(ValueError("not sent: the server ends"))
 
     def _session(self) -> None:
         """Run one session until the link closes or the thread ends. Raises StationError and others of _DOWN."""
@@ -146,6 +155,7 @@ class Live:
             station.wait_open(_CONNECT_S, _ALONE_S)
             clock = WallClock()
             station.session.utc_ns = time.time_ns()
+            self._refuse_waiting("the link was closed")
             self._sent_ns.clear()
             self._pace = Pace()
             self._turns(station, clock)
@@ -176,14 +186,30 @@ class Live:
     def _take_orders(self, session: Session, now_ns: int) -> None:
         while self._inbox:
             order = self._inbox.popleft()
+            waits = order.taken.set_running_or_notify_cancel()
+            if not (waits or order.halts):
+                continue  # withdrawn: its operator was told that it was not taken
             try:
                 request_id = session.request(
                     order.name, order.arguments, now_ns, order.lifetime_s, asked_by=order.asked_by
                 )
             except (ValueError, OSError) as error:
-                order.taken.set_exception(error)
+                if waits:
+                    order.taken.set_exception(error)
             else:
-                order.taken.set_result(request_id)
+                if waits:
+                    order.taken.set_result(request_id)
+
+    def _refuse_waiting(self, why: str) -> None:
+        """Refuse all orders that wait but those that halt the rover: these are sent when the link is open."""
+        halting = []
+        while self._inbox:
+            order = self._inbox.popleft()
+            if order.halts:
+                halting.append(order)
+            else:
+                order.refuse(ValueError(f"not sent: {why}"))
+        self._inbox.extendleft(reversed(halting))
 
     def _hear(self, news: list[News], session: Session) -> None:
         items = [one for one in news if isinstance(one, Item)]
@@ -266,7 +292,8 @@ class Live:
         last = self.snapshot
         if last.items:
             self._past = Past({**last.before, **_aged(last)}, self._past.events, self._past.commands)
-        waiting = [order.name for order in self._inbox if order.name in commands.HALTING]
+        self._refuse_waiting(why)
+        waiting = [order.name for order in tuple(self._inbox) if order.halts]
         trouble = f"{why}; {', '.join(waiting)} waits for the link" if waiting else why
         self.snapshot = Snapshot(
             now_ns=0,

@@ -1,0 +1,112 @@
+"""The page's link over closed and opened carriers: what becomes of orders, above all of a stop."""
+
+import asyncio
+from concurrent.futures import Future
+
+import pytest
+
+from ground.page import live as page_live
+from ground.page.board import handed_over
+from ground.page.live import Live
+from ground.station.settings import StationSettings
+from ground.station.station import StationError
+from tests.ground.virtual_station import VirtualStation
+
+GOTO = {"x_m": 1.0, "y_m": 2.0}
+
+
+class Carrier(VirtualStation):
+    """A station on a carrier that closes in a turn. steps: turn -> what happens in it; deaf: nothing goes up."""
+
+    def __init__(self, closes, steps=None, deaf=False, **rover):
+        super().__init__(**rover)
+        self._closes, self._steps, self._turn = closes, steps or {}, 0
+        if deaf:
+            self.rover.receive = lambda *_: None
+
+    def turn(self, turn):
+        self._turn += 1
+        if self._turn == self._closes:
+            raise StationError("the carrier has closed")
+        news = super().turn(turn)
+        self._steps.get(self._turn, lambda: None)()
+        return news
+
+
+def fly(live, monkeypatch, *carriers):
+    """Run the link's loop in the test's own thread: each carrier once; a callable in between is called."""
+    monkeypatch.setattr(page_live, "_RETRY_S", 0.0)
+    left = list(carriers)
+
+    def opened(settings, archive, *more):
+        while left and not isinstance(left[0], Carrier):
+            left.pop(0)()
+        if not left:
+            live._end.set()
+            raise StationError("the test ends")
+        return left.pop(0)
+
+    live._open_station = opened
+    live._run()
+
+
+def asked(station):
+    """Names of the requests of a station, in their order."""
+    return [one.telecommand.name for one in station.session.requester.requests.values()]
+
+
+def a_live(**more):
+    return Live(StationSettings(bench_seed=7, **more), lambda *_: None)
+
+
+def test_a_stop_that_a_browser_no_longer_waits_for_is_sent_when_the_link_opens(monkeypatch):
+    live, station = a_live(), Carrier(9)
+    assert live.ask("stop", {}, "test").cancel()
+    fly(live, monkeypatch, station)
+    assert asked(station) == ["stop"] and station.rover.executed == ["stop"]
+
+
+def test_a_withdrawn_order_is_not_sent_and_the_next_stop_is():
+    live, station = a_live(), Carrier(0)
+    live._inbox.append(page_live.Order("goto", GOTO, 60.0, "test"))
+    live._inbox[0].taken.cancel()
+    stop = live.ask("stop", {}, "test")
+    live._take_orders(station.session, 0)
+    assert asked(station) == ["stop"]
+    assert stop.result(timeout=0) in station.session.requester.requests
+
+
+def test_the_board_leaves_a_waiting_stop_with_the_link_and_withdraws_any_other_order():
+    stop, goto = Future(), Future()
+    assert "waits" in asyncio.run(handed_over(stop, "stop", 0.0))
+    assert not stop.cancelled() and stop.set_running_or_notify_cancel()
+    with pytest.raises(ValueError, match="not taken"):
+        asyncio.run(handed_over(goto, "goto", 0.0))
+    assert not goto.set_running_or_notify_cancel()  # the link's thread leaves it out
+
+
+def test_an_order_that_the_link_takes_is_asked_for_and_a_refused_one_has_its_reason():
+    taken, refused = Future(), Future()
+    taken.set_result(7)
+    refused.set_exception(ValueError("no key"))
+    assert "asked for" in asyncio.run(handed_over(taken, "goto", 0.0))
+    with pytest.raises(ValueError, match="no key"):
+        asyncio.run(handed_over(refused, "goto", 0.0))
+
+
+def test_an_order_to_move_that_meets_a_closing_link_is_refused_and_never_sent_after_it(monkeypatch):
+    live = a_live()
+    late = page_live.Order("goto", GOTO, 60.0, "test")
+    second = Carrier(9)
+    fly(live, monkeypatch, Carrier(3), lambda: live._inbox.append(late), second)
+    assert "not sent" in str(late.taken.exception(timeout=0)) and not asked(second)
+
+
+def test_a_link_that_closes_refuses_what_moves_the_rover_and_keeps_what_halts_it_in_order():
+    live = a_live()
+    orders = [page_live.Order(name, GOTO if name == "goto" else {}, 0.0, "test") for name in ("stop", "goto", "safe")]
+    live._inbox.extend(orders)
+    live._publish_down("nobody is there")
+    assert "nobody is there" in str(orders[1].taken.exception(timeout=0))
+    assert [order.name for order in live._inbox] == ["stop", "safe"] and not orders[0].taken.done()
+    assert "stop, safe" in live.snapshot.trouble
