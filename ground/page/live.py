@@ -4,7 +4,7 @@
     link -> session -> Snapshot, products -> browsers        (published whole; readers take the newest)
 
 The thread depends on nothing of the web server. A closed link does not end it: the station is opened again every two
-seconds, and an order to halt the rover that came meanwhile is sent first.
+seconds, and an order to halt the rover that came meanwhile, or was sent without a final report, is sent first.
 """
 
 from __future__ import annotations
@@ -99,6 +99,7 @@ class Live:
         self._says: deque[str] = deque(maxlen=_MOST_SAYS)
         self._pace = Pace()
         self._sent_ns: dict[int, int] = {}  # request id -> station time of its first transmission
+        self._renewed: dict[int, Future[int]] = {}  # request id of a halt of an ended session -> its present one
         self.series, self.trail = Series(), Trail()
         self.snapshot = EMPTY
 
@@ -125,7 +126,12 @@ class Live:
         return order.taken
 
     def command(self, request_id: int) -> CommandRow | None:
-        """Return one request of this process; None: unknown."""
+        """Return one request of this process; None: unknown. One that is sent again counts as the newest."""
+        renewed = self._renewed.get(request_id)
+        if renewed is not None:
+            if not renewed.done() or renewed.exception() is not None:
+                return None
+            request_id = renewed.result()
         return next((row for row in self.snapshot.commands if row.request_id == request_id), None)
 
     # -- the thread -----------------------------------------------------------------------------------------
@@ -158,7 +164,21 @@ class Live:
             self._refuse_waiting("the link was closed")
             self._sent_ns.clear()
             self._pace = Pace()
-            self._turns(station, clock)
+            try:
+                self._turns(station, clock)
+            finally:
+                self._renew_halts(station.session)
+
+    def _renew_halts(self, session: Session) -> None:
+        """Order each halt without a final report again: it may have been sent into a link that was closed already."""
+        orders = []
+        for request_id, request in session.requester.requests.items():
+            if request.own and not request.state.final and commands.halts(request.payload):
+                asked = request.telecommand
+                orders.append(order := Order(asked.name, asked.arguments, 0.0, request.asked_by))
+                earlier = [old for old, now in self._renewed.items() if now.done() and now.result() == request_id]
+                self._renewed |= dict.fromkeys((*earlier, request_id), order.taken)
+        self._inbox.extendleft(reversed(orders))
 
     def _turns(self, station: Any, clock: Any) -> None:
         session, contact, uplink = station.session, Contact(), Uplink()
@@ -250,7 +270,7 @@ class Live:
             _row(request_id, request, session, self._sent_ns.get(request_id))
             for request_id, request in session.requester.requests.items()
         )
-        known = {row.request_id for row in rows}
+        known = {row.request_id for row in rows} | self._renewed.keys()
         before = tuple(row for row in self._past.commands if row.request_id not in known)
         return Snapshot(
             now_ns,

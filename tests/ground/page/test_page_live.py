@@ -110,3 +110,24 @@ def test_a_link_that_closes_refuses_what_moves_the_rover_and_keeps_what_halts_it
     assert "nobody is there" in str(orders[1].taken.exception(timeout=0))
     assert [order.name for order in live._inbox] == ["stop", "safe"] and not orders[0].taken.done()
     assert "stop, safe" in live.snapshot.trouble
+
+
+def test_a_stop_sent_into_a_dead_link_is_sent_again_after_each_opening_and_its_press_follows_it(monkeypatch):
+    live = a_live()
+    taken, rows = live.ask("stop", {}, "page operator"), []
+    lost = [Carrier(4, deaf=True), Carrier(4, {2: lambda: live.ask("safe", {}, "test")}, deaf=True)]
+    heard = Carrier(40)
+    heard._steps[3] = lambda: rows.append(live.command(taken.result()))
+    fly(live, monkeypatch, lost[0], lost[1], heard)
+    assert asked(lost[0]) == ["stop"] and asked(lost[1]) == ["stop", "safe"] and asked(heard) == ["stop", "safe"]
+    assert heard.rover.executed == ["stop", "safe"]
+    (renewed, _) = heard.session.requester.requests
+    assert [row.request_id for row in rows] == [renewed]
+    assert all(one.asked_by in ("page operator", "test") for one in heard.session.requester.requests.values())
+
+
+def test_a_stop_with_its_final_report_is_not_sent_again(monkeypatch):
+    live, first, second = a_live(), Carrier(40), Carrier(9)
+    live.ask("stop", {}, "test")
+    fly(live, monkeypatch, first, second)
+    assert first.rover.executed == ["stop"] and not asked(second)
