@@ -78,7 +78,7 @@ class Live:
     """The link's thread. `start`, then `ask` from any thread, `stop` at the end.
 
     past: what the archive had at the start.
-    on_product: called in the thread with each product and its UTC, ns.
+    on_product: called in the thread with each product and its UTC, ns; one that it fails on is left out.
     on_turn: called in the thread with each turn's news, the session and the station's time, ns; dropped if it fails.
     """
 
@@ -116,9 +116,12 @@ class Live:
     def ask(self, name: str, arguments: commands.Arguments, asked_by: str, lifetime_s: float = 0.0) -> Future[int]:
         """Hand an order to the session. Returns the future of its request id.
 
-        Raises ValueError for a wrong order. While the link is closed only halting orders are taken; they wait.
+        Raises ValueError for a wrong order, and if the thread has ended. While the link is closed only halting orders
+        are taken; they wait.
         """
         commands.check(name, arguments)
+        if self._thread.ident is not None and not self._thread.is_alive():
+            raise ValueError("not sent: the link's thread has ended; start the server again")
         if name not in commands.HALTING and (not self.snapshot.linked or self.snapshot.heard_ns is None):
             raise ValueError(f"not sent: {self.snapshot.trouble or 'nothing was heard of the rover yet'}")
         order = Order(name, arguments, lifetime_s, asked_by)
@@ -137,17 +140,27 @@ class Live:
     # -- the thread -----------------------------------------------------------------------------------------
 
     def _run(self) -> None:
-        self._past = read_past(self._settings.archive)
-        self._events.extend(self._past.events)
-        self.trail = Trail((x, y) for x, y in trail(self._settings.archive).tolist())
+        self._guarded(self._load_past)
         while not self._end.is_set():
-            try:
-                self._session()
-            except _DOWN as error:
-                self._publish_down(str(error))
+            self._guarded(self._session)
             self._end.wait(_RETRY_S)
         while self._inbox:
             self._inbox.popleft().refuse(ValueError("not sent: the server ends"))
+
+    def _guarded(self, part: Callable[[], None]) -> None:
+        """Run a part of the thread and publish why it ended: nothing that fails in it ends the thread."""
+        try:
+            part()
+        except _DOWN as error:
+            self._publish_down(str(error))
+        except Exception as error:  # noqa: BLE001 - a defect of a view or decoder must not end STOP
+            _LOG.exception("link")
+            self._publish_down(f"the link is opened again after an error here: {type(error).__name__}: {error}")
+
+    def _load_past(self) -> None:
+        self._past = read_past(self._settings.archive)
+        self._events.extend(self._past.events)
+        self.trail = Trail((x, y) for x, y in trail(self._settings.archive).tolist())
 
     def _session(self) -> None:
         """Run one session until the link closes or the thread ends. Raises StationError and others of _DOWN."""
@@ -245,7 +258,14 @@ class Live:
                     EventRow(happened_ns, session.boot_id, one.serial, one.severity, one.name, one.text)
                 )
             elif isinstance(one, ProductHeard):
-                self._on_product(one.product, session.utc_ns + one.at_ns)
+                self._publish_product(one.product, session.utc_ns + one.at_ns)
+
+    def _publish_product(self, product: Product, utc_ns: int) -> None:
+        try:
+            self._on_product(product, utc_ns)
+        except Exception as error:  # noqa: BLE001 - a product must not end the link, and with it STOP
+            self._says.append(f"the product {product.name} is not shown: {error}")
+            _LOG.exception("product %s", product.name)
 
     def _publish_turn(self, news: list[News], session: Session, now_ns: int) -> None:
         if self._on_turn is None:

@@ -1,15 +1,18 @@
 """The page's link over closed and opened carriers: what becomes of orders, above all of a stop."""
 
 import asyncio
+import struct
 from concurrent.futures import Future
 
 import pytest
 
+from ground.link.news import ProductHeard
 from ground.page import live as page_live
 from ground.page.board import handed_over
 from ground.page.live import Live
 from ground.station.settings import StationSettings
 from ground.station.station import StationError
+from protocol.link.bulk import Product
 from tests.ground.virtual_station import VirtualStation
 
 GOTO = {"x_m": 1.0, "y_m": 2.0}
@@ -131,3 +134,35 @@ def test_a_stop_with_its_final_report_is_not_sent_again(monkeypatch):
     live.ask("stop", {}, "test")
     fly(live, monkeypatch, first, second)
     assert first.rover.executed == ["stop"] and not asked(second)
+
+
+@pytest.mark.parametrize("error", [KeyError("x_m"), ValueError("no number"), struct.error("short")])
+def test_an_error_that_nobody_foresaw_opens_the_link_again_with_its_stop_and_is_logged(monkeypatch, caplog, error):
+    def fail(*_):
+        raise error
+
+    live, seen = a_live(), []
+    live.ask("stop", {}, "test")
+    first, second = Carrier(9, deaf=True), Carrier(9)
+    first._steps[3] = lambda: setattr(live, "_hear", fail)
+    fly(live, monkeypatch, first, lambda: (seen.append(live.snapshot), delattr(live, "_hear")), second)
+    assert not seen[0].linked and type(error).__name__ in seen[0].trouble and "stop waits" in seen[0].trouble
+    assert second.rover.executed == ["stop"] and "Traceback" in caplog.text
+
+
+def test_a_product_that_cannot_be_shown_ends_nothing(monkeypatch, caplog):
+    def fail(product, utc_ns):
+        raise KeyError(product.name)
+
+    live, station = Live(StationSettings(bench_seed=7), fail), Carrier(0)
+    live._hear([ProductHeard(0, Product(1, "ldem", "ldem-2", b""))], station.session)
+    assert "ldem" in live._says[-1] and "Traceback" in caplog.text
+
+
+def test_a_thread_that_has_ended_takes_no_stop():
+    live = a_live()
+    live._end.set()
+    live.start()
+    live.stop()
+    with pytest.raises(ValueError, match="ended"):
+        live.ask("stop", {}, "test")
