@@ -43,6 +43,7 @@ from protocol.tables import commands
 PUBLISH_NS = 100_000_000
 _RETRY_S, _CONNECT_S, _ALONE_S = 2.0, 20.0, 3.0
 _MOST_EVENTS, _MOST_SAYS = 400, 20
+_ONLY_HALTS = "this session sends only what halts the rover; mend it and start the server again"
 OnTurn = Callable[[list[News], Session, int], None]
 _LOG = logging.getLogger(__name__)
 _DOWN = (StationError, ArchiveError, ConfigError, OSError, sqlite3.Error)
@@ -99,6 +100,7 @@ class Live:
         self._says: deque[str] = deque(maxlen=_MOST_SAYS)
         self._pace = Pace()
         self._sent_ns: dict[int, int] = {}  # request id -> station time of its first transmission
+        self._without: list[str] = []  # files of the station that this session could not use: it only halts the rover
         self._renewed: dict[int, Future[int]] = {}  # request id of a halt of an ended session -> its present one
         self.series, self.trail = Series(), Trail()
         self.snapshot = EMPTY
@@ -165,11 +167,16 @@ class Live:
     def _session(self) -> None:
         """Run one session until the link closes or the thread ends. Raises StationError and others of _DOWN."""
         utc_ns = time.time_ns()
-        path = self._settings.archive or ":memory:"
+        halts = any(order.halts for order in tuple(self._inbox))
+        self._without = []
         with (
-            Archive(path, utc_ns, "page", wait_s=SHORT_WAIT_S, later=True) as archive,
-            self._open_station(self._settings, archive) as station,
+            self._archive(utc_ns, halts) as archive,
+            self._open_station(self._settings, archive, *((utc_ns,) if halts else ())) as station,
         ):
+            self._without += station.without
+            if self._without:
+                station.session.only_halts = True
+                self._says.append(f"{'; '.join(self._without)}: {_ONLY_HALTS}")
             station.session.asked_by = by_hand("page")
             station.wait_open(_CONNECT_S, _ALONE_S)
             clock = WallClock()
@@ -181,6 +188,16 @@ class Live:
                 self._turns(station, clock)
             finally:
                 self._renew_halts(station.session)
+
+    def _archive(self, utc_ns: int, halts: bool) -> Archive:
+        """Open the station's archive. halts: a stop waits, and needs none; the cause is added to `_without`."""
+        try:
+            return Archive(self._settings.archive or ":memory:", utc_ns, "page", wait_s=SHORT_WAIT_S, later=True)
+        except ArchiveError as error:
+            if not halts:
+                raise
+            self._without.append(str(error))
+            return Archive(":memory:", utc_ns, "page")
 
     def _renew_halts(self, session: Session) -> None:
         """Order each halt without a final report again: it may have been sent into a link that was closed already."""
@@ -219,6 +236,9 @@ class Live:
     def _take_orders(self, session: Session, now_ns: int) -> None:
         while self._inbox:
             order = self._inbox.popleft()
+            if self._without and not order.halts:
+                order.refuse(ValueError(f"not sent: {'; '.join(self._without)}: {_ONLY_HALTS}"))
+                continue
             waits = order.taken.set_running_or_notify_cancel()
             if not (waits or order.halts):
                 continue  # withdrawn: its operator was told that it was not taken
@@ -306,7 +326,7 @@ class Live:
             dict(session.counts),
             station.sent,
             station.linked,
-            station.trouble,
+            "; ".join(filter(None, (*self._without, station.trouble))),
             session.mismatch,
             session.in_contact(now_ns),
             show.contact_words(session, now_ns),

@@ -6,12 +6,14 @@ from concurrent.futures import Future
 
 import pytest
 
+from ground.archive.store import ArchiveError
 from ground.link.news import ProductHeard
 from ground.page import live as page_live
 from ground.page.board import handed_over
 from ground.page.live import Live
 from ground.station.settings import StationSettings
-from ground.station.station import StationError
+from ground.station.station import Station, StationError
+from onboard.config import ConfigError
 from protocol.link.bulk import Product
 from tests.ground.virtual_station import VirtualStation
 
@@ -166,3 +168,47 @@ def test_a_thread_that_has_ended_takes_no_stop():
     live.stop()
     with pytest.raises(ValueError, match="ended"):
         live.ask("stop", {}, "test")
+
+
+class Line:
+    """A link's end without a rover; `ends` is called with the first datagram."""
+
+    linked, sends_unasked = True, False
+
+    def __init__(self, ends):
+        self.sent, self._ends = [], ends
+
+    def wait_open(self, *_):
+        return True
+
+    def take(self, most):
+        return []
+
+    def put(self, datagram):
+        self.sent.append(datagram)
+        self._ends()
+
+    def close(self):
+        pass
+
+
+@pytest.mark.parametrize("broken", ["archive", "state"])
+def test_a_stop_is_sent_without_a_file_of_the_station_that_cannot_be_used(tmp_path, broken):
+    path = tmp_path / "broken"
+    path.write_bytes(b"neither an archive nor a folder" * 100)
+    live = a_live(**{broken: str(path)})
+    line = Line(live._end.set)
+
+    class OnLine(Station):
+        def _opened(self, endpoint):
+            return line
+
+    live._open_station = OnLine
+    with pytest.raises((ArchiveError, ConfigError, OSError)):
+        live._session()
+    goto = page_live.Order("goto", GOTO, 0.0, "test")
+    stop = live.ask("stop", {}, "test")
+    live._refuse_waiting = lambda why: live._inbox.append(goto)
+    live._session()
+    assert len(line.sent) == 1 and stop.done() and "broken" in goto.taken.exception(timeout=0).args[0]
+    assert "broken" in live.snapshot.trouble and any("halts" in text for text in live._says)
