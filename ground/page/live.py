@@ -16,7 +16,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ground.archive.store import Archive, ArchiveError
@@ -42,7 +42,7 @@ from protocol.tables import commands
 
 PUBLISH_NS = 100_000_000
 _RETRY_S, _CONNECT_S, _ALONE_S = 2.0, 20.0, 3.0
-_MOST_EVENTS, _MOST_SAYS = 400, 20
+_MOST_EVENTS, _MOST_SAYS, _MOST_PAST = 400, 20, 256
 _ONLY_HALTS = "this session sends only what halts the rover; mend it and start the server again"
 OnTurn = Callable[[list[News], Session, int], None]
 _LOG = logging.getLogger(__name__)
@@ -187,6 +187,7 @@ class Live:
             try:
                 self._turns(station, clock)
             finally:
+                self.snapshot = replace(self.snapshot, commands=self._commands(station.session))
                 self._renew_halts(station.session)
 
     def _archive(self, utc_ns: int, halts: bool) -> Archive:
@@ -306,12 +307,6 @@ class Live:
     def _shot(self, station: Any, now_ns: int) -> Snapshot:
         session: Session = station.session
         mono_ns = time.monotonic_ns()
-        rows = tuple(
-            _row(request_id, request, session, self._sent_ns.get(request_id))
-            for request_id, request in session.requester.requests.items()
-        )
-        known = {row.request_id for row in rows} | self._renewed.keys()
-        before = tuple(row for row in self._past.commands if row.request_id not in known)
         return Snapshot(
             now_ns,
             mono_ns,
@@ -332,12 +327,21 @@ class Live:
             show.contact_words(session, now_ns),
             show.clock_words(session, now_ns),
             not session.viewer,
-            (*before, *rows),
+            self._commands(session),
             tuple(self._events),
             session.transfers,
             tuple(self._says),
             self._pace.ratio,
         )
+
+    def _commands(self, session: Session) -> tuple[CommandRow, ...]:
+        """Return all requests, those of earlier sessions first."""
+        rows = tuple(
+            _row(request_id, request, session, self._sent_ns.get(request_id))
+            for request_id, request in session.requester.requests.items()
+        )
+        known = {row.request_id for row in rows} | self._renewed.keys()
+        return (*(row for row in self._past.commands if row.request_id not in known), *rows)
 
     def _record(self, shot: Snapshot) -> None:
         """Add the newest values to the short history and the trail."""
@@ -348,10 +352,14 @@ class Live:
             self.trail.add(x.value, y.value, shot.boot_id)
 
     def _publish_down(self, why: str) -> None:
-        """Publish that the station is not on the link. Values keep their times, so they grow old."""
+        """Publish that the station is not on the link. Values keep their times, so they grow old.
+
+        Requests lose their times, which were those of the session's clock.
+        """
         last = self.snapshot
-        if last.items:
-            self._past = Past({**last.before, **_aged(last)}, self._past.events, self._past.commands)
+        values = {**last.before, **_aged(last)} if last.items else self._past.values
+        rows = tuple(_ended_row(row) for row in last.commands[-_MOST_PAST:]) or self._past.commands
+        self._past = Past(values, self._past.events, rows)
         self._refuse_waiting(why)
         waiting = [order.name for order in tuple(self._inbox) if order.halts]
         trouble = f"{why}; {', '.join(waiting)} waits for the link" if waiting else why
@@ -364,7 +372,7 @@ class Live:
             boot_id=last.boot_id,
             trouble=trouble,
             contact=last.contact,
-            commands=last.commands,
+            commands=rows,
             events=tuple(self._events),
             says=tuple(self._says),
         )
@@ -377,6 +385,12 @@ def _aged(shot: Snapshot) -> dict[str, OldValue]:
         at_ns = measured_ns(shot, name, shot.now_ns)
         found[name] = OldValue(item.value, 0 if at_ns is None else shot.utc_ns + at_ns)
     return found
+
+
+def _ended_row(row: CommandRow) -> CommandRow:
+    """Return a request of a session that has ended, as the archive has it."""
+    ended_ns = None if row.ended_ns is None else 0
+    return row._replace(requested_ns=None, sent_ns=None, heard_ns=None, accepted_ns=None, ended_ns=ended_ns)
 
 
 def _row(request_id: int, request: Request, session: Session, sent_ns: int | None) -> CommandRow:

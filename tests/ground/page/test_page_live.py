@@ -11,6 +11,7 @@ from ground.link.news import ProductHeard
 from ground.page import live as page_live
 from ground.page.board import handed_over
 from ground.page.live import Live
+from ground.page.view import view
 from ground.station.settings import StationSettings
 from ground.station.station import Station, StationError
 from onboard.config import ConfigError
@@ -168,6 +169,19 @@ def test_a_thread_that_has_ended_takes_no_stop():
     live.stop()
     with pytest.raises(ValueError, match="ended"):
         live.ask("stop", {}, "test")
+
+
+def test_requests_of_a_closed_link_stay_on_the_page_without_the_times_of_its_clock(monkeypatch):
+    live, shots = a_live(), []
+    taken = live.ask("stop", {}, "test")
+    second = Carrier(9, {3: lambda: shots.append(live.snapshot)})
+    fly(live, monkeypatch, Carrier(80), lambda: shots.append(live.snapshot), second)
+    closed, opened = shots
+    for shot in (closed, opened):
+        (row,) = shot.commands
+        assert (row.request_id, row.name) == (taken.result(), "stop")
+        assert row.requested_ns is None and row.sent_ns is None and row.heard_ns is None
+    assert not view(closed, closed.mono_ns)["link"]["on_its_way"] and opened.linked and not closed.linked
 
 
 class Line:
