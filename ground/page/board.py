@@ -212,7 +212,7 @@ class Board:
 
     def _push_events(self, events: list[dict[str, Any]]) -> None:
         known = self._site.acknowledged.keys
-        mark = (len(events), events[-1]["key"] if events else "", len(known))
+        mark = (len(events), events[-1]["key"] if events else "", known)
         if mark == self._sent_events:
             return
         self._sent_events = mark
@@ -461,11 +461,12 @@ class Board:
     def _each_stop(self, value: bool) -> None:
         self._site.map_each_stop = bool(value) and self._operator
 
-    def _acknowledge(self) -> None:
+    async def _acknowledge(self) -> None:
         if not self._operator:
             return
         try:
-            self._site.acknowledged.add([row["key"] for row in self._events.rows])
+            keys = [row["key"] for row in reversed(self._events.rows)]
+            await run.io_bound(self._site.acknowledged.add, keys)  # a slow disk must not hold up STOP
         except OSError as error:
             self._say(f"acknowledged here, not stored: {error.strerror}")
 
