@@ -81,7 +81,7 @@ class FoxgloveServer:
 
     def turn(self, news: Sequence[News], session: Session, now_ns: int) -> None:
         """Publish one turn's news of the session."""
-        if session.boot_id != self._boot_id:
+        if session.boot_id and session.boot_id != self._boot_id:  # 0: nothing was received in this session yet
             if self._boot_id:
                 self._server.clear_session()  # onboard time restarts: clients drop what they have
                 self._newest.clear()

@@ -15,7 +15,6 @@ import os
 import secrets
 import stat
 from enum import Enum
-from http.cookies import CookieError, SimpleCookie
 from ipaddress import ip_address
 from pathlib import Path
 from typing import NamedTuple
@@ -98,12 +97,15 @@ def cookie_value(tokens: Tokens, role: Role) -> str:
 
 
 def role_of_cookies(tokens: Tokens, header: str, name: str) -> Role | None:
-    """Return the role that a Cookie header shows; None: none. name: name of the cookie."""
-    try:
-        found = SimpleCookie(header).get(name)
-    except CookieError:
-        return None
-    return None if found is None else _match({role: cookie_value(tokens, role) for role in Role}, found.value)
+    """Return the role that a Cookie header shows; None: none. name: name of the cookie.
+
+    Only cookies of exactly this name are read: the header also has those of other servers on this computer, in any
+    syntax.
+    """
+    known = {role: cookie_value(tokens, role) for role in Role}
+    pairs = (part.strip().partition("=") for part in header.split(";"))
+    found = [_match(known, value) for key, _, value in pairs if key == name]
+    return next((role for role in found if role is not None), None)
 
 
 def _match(known: dict[Role, str], given: str) -> Role | None:

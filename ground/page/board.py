@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
+from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from ground.page.view import layout, view
 from ground.page.words import label
 from ground.products.preview import NoMapError
 from onboard.config import ConfigError
+from protocol.tables import commands
 from protocol.tables.telemetry import BY_NAME
 
 QUICK = (
@@ -49,6 +51,7 @@ PLOTS = (
     "tick_worst_ms",
 )
 LIGHT = "light-blue-2"  # outlined buttons: 11 to 1 on the dark ground
+_TAKEN_S = 5.0
 _SEVERE = {"warning", "error", "critical"}
 
 
@@ -106,6 +109,25 @@ class MapView(Element, component=_component("map")):
         super().__init__()
         self._props["operator"] = operator
         self._props["layer"] = map_layers.LAYERS[0]
+
+
+async def handed_over(taken: Future[int], name: str, limit_s: float) -> str:
+    """Wait until the link's thread has taken an order. Returns words for the operator.
+
+    After `limit_s` an order that halts the rover stays and is sent first; any other is withdrawn.
+
+    Raises ValueError for a withdrawn order, and the thread's error for a refused one.
+    """
+    waiting = asyncio.wrap_future(taken)
+    try:
+        await asyncio.wait_for(asyncio.shield(waiting), limit_s)
+    except TimeoutError:
+        if name in commands.HALTING:
+            return "waits for the link, and is sent first when it is open"
+        if taken.cancel():
+            raise ValueError(f"not sent: the link's thread has not taken it within {limit_s:g} s") from None
+        await waiting
+    return "asked for; its chain is under Commands"
 
 
 class Board:
@@ -190,7 +212,7 @@ class Board:
 
     def _push_events(self, events: list[dict[str, Any]]) -> None:
         known = self._site.acknowledged.keys
-        mark = (len(events), events[-1]["key"] if events else "", len(known))
+        mark = (len(events), events[-1]["key"] if events else "", known)
         if mark == self._sent_events:
             return
         self._sent_events = mark
@@ -429,24 +451,22 @@ class Board:
             return False
         try:
             taken = self._site.live.ask(name, arguments, self._who, lifetime_s)
-            await asyncio.wait_for(asyncio.wrap_future(taken), 5.0)
-        except TimeoutError:
-            self._say(f"{name}: the link's thread has not taken it within 5 s")
-            return False
+            outcome = await handed_over(taken, name, _TAKEN_S)
         except (ValueError, OSError) as error:
             self._say(f"{name}: {error}")
             return False
-        self._say(f"{name}: asked for; its chain is under Commands")
+        self._say(f"{name}: {outcome}")
         return True
 
     def _each_stop(self, value: bool) -> None:
         self._site.map_each_stop = bool(value) and self._operator
 
-    def _acknowledge(self) -> None:
+    async def _acknowledge(self) -> None:
         if not self._operator:
             return
         try:
-            self._site.acknowledged.add([row["key"] for row in self._events.rows])
+            keys = [row["key"] for row in reversed(self._events.rows)]
+            await run.io_bound(self._site.acknowledged.add, keys)  # a slow disk must not hold up STOP
         except OSError as error:
             self._say(f"acknowledged here, not stored: {error.strerror}")
 

@@ -4,7 +4,7 @@
     link -> session -> Snapshot, products -> browsers        (published whole; readers take the newest)
 
 The thread depends on nothing of the web server. A closed link does not end it: the station is opened again every two
-seconds, and an order to halt the rover that came meanwhile is sent first.
+seconds, and an order to halt the rover that came meanwhile, or was sent without a final report, is sent first.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ground.archive.store import Archive, ArchiveError
@@ -42,7 +42,8 @@ from protocol.tables import commands
 
 PUBLISH_NS = 100_000_000
 _RETRY_S, _CONNECT_S, _ALONE_S = 2.0, 20.0, 3.0
-_MOST_EVENTS, _MOST_SAYS = 400, 20
+_MOST_EVENTS, _MOST_SAYS, _MOST_PAST = 400, 20, 256
+_ONLY_HALTS = "this session sends only what halts the rover; mend it and start the server again"
 OnTurn = Callable[[list[News], Session, int], None]
 _LOG = logging.getLogger(__name__)
 _DOWN = (StationError, ArchiveError, ConfigError, OSError, sqlite3.Error)
@@ -63,12 +64,22 @@ class Order:
     asked_by: str
     taken: Future[int] = field(default_factory=Future)
 
+    @property
+    def halts(self) -> bool:
+        """True if it halts the rover: then it waits for a closed link, and nothing withdraws it."""
+        return self.name in commands.HALTING
+
+    def refuse(self, why: Exception) -> None:
+        """Tell the browser that the order is not sent, if it still waits for an answer."""
+        if self.taken.set_running_or_notify_cancel():
+            self.taken.set_exception(why)
+
 
 class Live:
     """The link's thread. `start`, then `ask` from any thread, `stop` at the end.
 
     past: what the archive had at the start.
-    on_product: called in the thread with each product and its UTC, ns.
+    on_product: called in the thread with each product and its UTC, ns; one that it fails on is left out.
     on_turn: called in the thread with each turn's news, the session and the station's time, ns; dropped if it fails.
     """
 
@@ -89,6 +100,8 @@ class Live:
         self._says: deque[str] = deque(maxlen=_MOST_SAYS)
         self._pace = Pace()
         self._sent_ns: dict[int, int] = {}  # request id -> station time of its first transmission
+        self._without: list[str] = []  # files of the station that this session could not use: it only halts the rover
+        self._renewed: dict[int, Future[int]] = {}  # request id of a halt of an ended session -> its present one
         self.series, self.trail = Series(), Trail()
         self.snapshot = EMPTY
 
@@ -105,50 +118,98 @@ class Live:
     def ask(self, name: str, arguments: commands.Arguments, asked_by: str, lifetime_s: float = 0.0) -> Future[int]:
         """Hand an order to the session. Returns the future of its request id.
 
-        Raises ValueError for a wrong order. While the link is closed only halting orders are taken; they wait.
+        Raises ValueError for a wrong order, and if the thread has ended. While the link is closed only halting orders
+        are taken; they wait.
         """
         commands.check(name, arguments)
-        halts = name in commands.HALTING
-        if not halts and (not self.snapshot.linked or self.snapshot.heard_ns is None):
+        if self._thread.ident is not None and not self._thread.is_alive():
+            raise ValueError("not sent: the link's thread has ended; start the server again")
+        if name not in commands.HALTING and (not self.snapshot.linked or self.snapshot.heard_ns is None):
             raise ValueError(f"not sent: {self.snapshot.trouble or 'nothing was heard of the rover yet'}")
         order = Order(name, arguments, lifetime_s, asked_by)
-        (self._inbox.appendleft if halts else self._inbox.append)(order)
+        (self._inbox.appendleft if order.halts else self._inbox.append)(order)
         return order.taken
 
     def command(self, request_id: int) -> CommandRow | None:
-        """Return one request of this process; None: unknown."""
+        """Return one request of this process; None: unknown. One that is sent again counts as the newest."""
+        renewed = self._renewed.get(request_id)
+        if renewed is not None:
+            if not renewed.done() or renewed.exception() is not None:
+                return None
+            request_id = renewed.result()
         return next((row for row in self.snapshot.commands if row.request_id == request_id), None)
 
     # -- the thread -----------------------------------------------------------------------------------------
 
     def _run(self) -> None:
+        self._guarded(self._load_past)
+        while not self._end.is_set():
+            self._guarded(self._session)
+            self._end.wait(_RETRY_S)
+        while self._inbox:
+            self._inbox.popleft().refuse(ValueError("not sent: the server ends"))
+
+    def _guarded(self, part: Callable[[], None]) -> None:
+        """Run a part of the thread and publish why it ended: nothing that fails in it ends the thread."""
+        try:
+            part()
+        except _DOWN as error:
+            self._publish_down(str(error))
+        except Exception as error:  # noqa: BLE001 - a defect of a view or decoder must not end STOP
+            _LOG.exception("link")
+            self._publish_down(f"the link is opened again after an error here: {type(error).__name__}: {error}")
+
+    def _load_past(self) -> None:
         self._past = read_past(self._settings.archive)
         self._events.extend(self._past.events)
         self.trail = Trail((x, y) for x, y in trail(self._settings.archive).tolist())
-        while not self._end.is_set():
-            try:
-                self._session()
-            except _DOWN as error:
-                self._publish_down(str(error))
-            self._end.wait(_RETRY_S)
-        for order in self._inbox:
-            order.taken.set_exception(ValueError("not sent: the server ends"))
 
     def _session(self) -> None:
         """Run one session until the link closes or the thread ends. Raises StationError and others of _DOWN."""
         utc_ns = time.time_ns()
-        path = self._settings.archive or ":memory:"
+        halts = any(order.halts for order in tuple(self._inbox))
+        self._without = []
         with (
-            Archive(path, utc_ns, "page", wait_s=SHORT_WAIT_S, later=True) as archive,
-            self._open_station(self._settings, archive) as station,
+            self._archive(utc_ns, halts) as archive,
+            self._open_station(self._settings, archive, *((utc_ns,) if halts else ())) as station,
         ):
+            self._without += station.without
+            if self._without:
+                station.session.only_halts = True
+                self._says.append(f"{'; '.join(self._without)}: {_ONLY_HALTS}")
             station.session.asked_by = by_hand("page")
             station.wait_open(_CONNECT_S, _ALONE_S)
             clock = WallClock()
             station.session.utc_ns = time.time_ns()
+            self._refuse_waiting("the link was closed")
             self._sent_ns.clear()
             self._pace = Pace()
-            self._turns(station, clock)
+            try:
+                self._turns(station, clock)
+            finally:
+                self.snapshot = replace(self.snapshot, commands=self._commands(station.session))
+                self._renew_halts(station.session)
+
+    def _archive(self, utc_ns: int, halts: bool) -> Archive:
+        """Open the station's archive. halts: a stop waits, and needs none; the cause is added to `_without`."""
+        try:
+            return Archive(self._settings.archive or ":memory:", utc_ns, "page", wait_s=SHORT_WAIT_S, later=True)
+        except ArchiveError as error:
+            if not halts:
+                raise
+            self._without.append(str(error))
+            return Archive(":memory:", utc_ns, "page")
+
+    def _renew_halts(self, session: Session) -> None:
+        """Order each halt without a final report again: it may have been sent into a link that was closed already."""
+        orders = []
+        for request_id, request in session.requester.requests.items():
+            if request.own and not request.state.final and commands.halts(request.payload):
+                asked = request.telecommand
+                orders.append(order := Order(asked.name, asked.arguments, 0.0, request.asked_by))
+                earlier = [old for old, now in self._renewed.items() if now.done() and now.result() == request_id]
+                self._renewed |= dict.fromkeys((*earlier, request_id), order.taken)
+        self._inbox.extendleft(reversed(orders))
 
     def _turns(self, station: Any, clock: Any) -> None:
         session, contact, uplink = station.session, Contact(), Uplink()
@@ -176,14 +237,33 @@ class Live:
     def _take_orders(self, session: Session, now_ns: int) -> None:
         while self._inbox:
             order = self._inbox.popleft()
+            if self._without and not order.halts:
+                order.refuse(ValueError(f"not sent: {'; '.join(self._without)}: {_ONLY_HALTS}"))
+                continue
+            waits = order.taken.set_running_or_notify_cancel()
+            if not (waits or order.halts):
+                continue  # withdrawn: its operator was told that it was not taken
             try:
                 request_id = session.request(
                     order.name, order.arguments, now_ns, order.lifetime_s, asked_by=order.asked_by
                 )
             except (ValueError, OSError) as error:
-                order.taken.set_exception(error)
+                if waits:
+                    order.taken.set_exception(error)
             else:
-                order.taken.set_result(request_id)
+                if waits:
+                    order.taken.set_result(request_id)
+
+    def _refuse_waiting(self, why: str) -> None:
+        """Refuse all orders that wait but those that halt the rover: these are sent when the link is open."""
+        halting = []
+        while self._inbox:
+            order = self._inbox.popleft()
+            if order.halts:
+                halting.append(order)
+            else:
+                order.refuse(ValueError(f"not sent: {why}"))
+        self._inbox.extendleft(reversed(halting))
 
     def _hear(self, news: list[News], session: Session) -> None:
         items = [one for one in news if isinstance(one, Item)]
@@ -199,7 +279,14 @@ class Live:
                     EventRow(happened_ns, session.boot_id, one.serial, one.severity, one.name, one.text)
                 )
             elif isinstance(one, ProductHeard):
-                self._on_product(one.product, session.utc_ns + one.at_ns)
+                self._publish_product(one.product, session.utc_ns + one.at_ns)
+
+    def _publish_product(self, product: Product, utc_ns: int) -> None:
+        try:
+            self._on_product(product, utc_ns)
+        except Exception as error:  # noqa: BLE001 - a product must not end the link, and with it STOP
+            self._says.append(f"the product {product.name} is not shown: {error}")
+            _LOG.exception("product %s", product.name)
 
     def _publish_turn(self, news: list[News], session: Session, now_ns: int) -> None:
         if self._on_turn is None:
@@ -220,12 +307,6 @@ class Live:
     def _shot(self, station: Any, now_ns: int) -> Snapshot:
         session: Session = station.session
         mono_ns = time.monotonic_ns()
-        rows = tuple(
-            _row(request_id, request, session, self._sent_ns.get(request_id))
-            for request_id, request in session.requester.requests.items()
-        )
-        known = {row.request_id for row in rows}
-        before = tuple(row for row in self._past.commands if row.request_id not in known)
         return Snapshot(
             now_ns,
             mono_ns,
@@ -240,18 +321,27 @@ class Live:
             dict(session.counts),
             station.sent,
             station.linked,
-            station.trouble,
+            "; ".join(filter(None, (*self._without, station.trouble))),
             session.mismatch,
             session.in_contact(now_ns),
             show.contact_words(session, now_ns),
             show.clock_words(session, now_ns),
             not session.viewer,
-            (*before, *rows),
+            self._commands(session),
             tuple(self._events),
             session.transfers,
             tuple(self._says),
             self._pace.ratio,
         )
+
+    def _commands(self, session: Session) -> tuple[CommandRow, ...]:
+        """Return all requests, those of earlier sessions first."""
+        rows = tuple(
+            _row(request_id, request, session, self._sent_ns.get(request_id))
+            for request_id, request in session.requester.requests.items()
+        )
+        known = {row.request_id for row in rows} | self._renewed.keys()
+        return (*(row for row in self._past.commands if row.request_id not in known), *rows)
 
     def _record(self, shot: Snapshot) -> None:
         """Add the newest values to the short history and the trail."""
@@ -262,11 +352,16 @@ class Live:
             self.trail.add(x.value, y.value, shot.boot_id)
 
     def _publish_down(self, why: str) -> None:
-        """Publish that the station is not on the link. Values keep their times, so they grow old."""
+        """Publish that the station is not on the link. Values keep their times, so they grow old.
+
+        Requests lose their times, which were those of the session's clock.
+        """
         last = self.snapshot
-        if last.items:
-            self._past = Past({**last.before, **_aged(last)}, self._past.events, self._past.commands)
-        waiting = [order.name for order in self._inbox if order.name in commands.HALTING]
+        values = {**last.before, **_aged(last)} if last.items else self._past.values
+        rows = tuple(_ended_row(row) for row in last.commands[-_MOST_PAST:]) or self._past.commands
+        self._past = Past(values, self._past.events, rows)
+        self._refuse_waiting(why)
+        waiting = [order.name for order in tuple(self._inbox) if order.halts]
         trouble = f"{why}; {', '.join(waiting)} waits for the link" if waiting else why
         self.snapshot = Snapshot(
             now_ns=0,
@@ -277,7 +372,7 @@ class Live:
             boot_id=last.boot_id,
             trouble=trouble,
             contact=last.contact,
-            commands=last.commands,
+            commands=rows,
             events=tuple(self._events),
             says=tuple(self._says),
         )
@@ -290,6 +385,12 @@ def _aged(shot: Snapshot) -> dict[str, OldValue]:
         at_ns = measured_ns(shot, name, shot.now_ns)
         found[name] = OldValue(item.value, 0 if at_ns is None else shot.utc_ns + at_ns)
     return found
+
+
+def _ended_row(row: CommandRow) -> CommandRow:
+    """Return a request of a session that has ended, as the archive has it."""
+    ended_ns = None if row.ended_ns is None else 0
+    return row._replace(requested_ns=None, sent_ns=None, heard_ns=None, accepted_ns=None, ended_ns=ended_ns)
 
 
 def _row(request_id: int, request: Request, session: Session, sent_ns: int | None) -> CommandRow:

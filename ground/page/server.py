@@ -62,24 +62,8 @@ def application(site: Site) -> Guard:
         boards[client.id] = Board(site, role, who(role.value, address))
         client.on_delete(lambda: boards.pop(client.id, None) and None)
 
-    async def push_all() -> None:
-        turn, last_stop = 0, None
-        while True:
-            await asyncio.sleep(_PUSH_S)
-            turn += 1
-            last_stop = _map_at_stop(site, last_stop)
-            if not boards:
-                continue
-            site.feed.take(site.view())
-            maps = site.maps.tree()
-            for key, board in list(boards.items()):
-                try:
-                    board.push(maps, turn % _SLOW_PUSHES == 0)
-                except Exception:  # noqa: BLE001 - one browser's page must not end the others'
-                    _LOG.exception("page %s", key)
-
     tasks: list[asyncio.Task[None]] = []
-    page_app.on_startup(lambda: tasks.append(asyncio.create_task(push_all())))
+    page_app.on_startup(lambda: tasks.append(asyncio.create_task(push_all(site, boards))))
     page_app.on_shutdown(lambda: [task.cancel() for task in tasks] and None)
     ui.run_with(
         outer,
@@ -94,6 +78,31 @@ def application(site: Site) -> Guard:
         favicon="🛰",
     )
     return Guard(outer, site.gate)
+
+
+async def push_all(site: Site, boards: dict[str, Board]) -> None:
+    """Push what is new to all browsers, again and again. An error of one turn or browser ends no other."""
+    turn, last_stop = 0, None
+    while True:
+        await asyncio.sleep(_PUSH_S)
+        turn += 1
+        try:
+            last_stop = _map_at_stop(site, last_stop)
+            _push(site, boards, turn % _SLOW_PUSHES == 0)
+        except Exception:  # noqa: BLE001 - a value that cannot be shown now must not end all pages
+            _LOG.exception("pushing")
+
+
+def _push(site: Site, boards: dict[str, Board], slow: bool) -> None:
+    if not boards:
+        return
+    site.feed.take(site.view())
+    maps = site.maps.tree()
+    for key, board in list(boards.items()):
+        try:
+            board.push(maps, slow)
+        except Exception:  # noqa: BLE001 - one browser's page must not end the others'
+            _LOG.exception("page %s", key)
 
 
 def _map_at_stop(site: Site, last_stop: float | None) -> float | None:

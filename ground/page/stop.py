@@ -63,7 +63,15 @@ class StopDesk:
 
 
 def told(row: CommandRow | None, shot: Snapshot) -> dict[str, Any]:
-    """Return state and words of a stop's request. row: None until a snapshot has it."""
+    """Return state and words of a stop's request. row: None until a snapshot has it.
+
+    While the link is down no time is given: the snapshot has no clock of a session then.
+    """
+    if row is not None and row.ended_ns is not None and row.heard_ns is None:
+        return _ended(row, ())
+    if not shot.linked:
+        state = "sent" if row is not None and row.copies else "requested"
+        return _told(state, f"the link is down: {shot.trouble or 'its carrier has no peer'}")
     if row is None or row.sent_ns is None:
         why = "" if shot.in_contact else f": {shot.contact}"
         return _told("requested", f"the station has it, not sent yet{why}")
@@ -72,12 +80,19 @@ def told(row: CommandRow | None, shot: Snapshot) -> dict[str, Any]:
         return _told("sent", f"sent {row.copies} times in {since_s:.1f} s; no answer of the rover yet")
     after_s = (row.heard_ns - row.requested_ns) / 1e9
     heard = f"heard by the rover; its answer came after {after_s:.1f} s"
-    more = f": {row.text}" if row.text else ""
-    if row.state == "COMPLETED":
-        return _told("completed", f"{heard}; done{more}", final=True, good=True)
     if row.ended_ns is not None:
-        return _told("failed", f"{heard}; {row.state.lower()}{more}", final=True)
-    return _told("heard", f"{heard}{more}", good=True)
+        return _ended(row, (heard,))
+    return _told("heard", f"{heard}{_report(row)}", good=True)
+
+
+def _ended(row: CommandRow, before: tuple[str, ...]) -> dict[str, Any]:
+    good = row.state == "COMPLETED"
+    words = "; ".join((*before, "done" if good else row.state.lower())) + _report(row)
+    return _told("completed" if good else "failed", words, final=True, good=good)
+
+
+def _report(row: CommandRow) -> str:
+    return f": {row.text}" if row.text else ""
 
 
 def _told(state: str, words: str, *, final: bool = False, good: bool = False) -> dict[str, Any]:

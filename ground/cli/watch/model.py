@@ -111,7 +111,7 @@ class View:
 
     def receive(self, news: Sequence[News], session: Session) -> None:
         """Process the news of one turn."""
-        if session.boot_id != self._boot_id:
+        if session.boot_id and session.boot_id != self._boot_id:  # 0: nothing was received yet
             self._boot_id, self.path = session.boot_id, ()
             self.trail.clear()  # places of an earlier boot may be of another frame
         for one in news:

@@ -192,6 +192,17 @@ def test_a_restarted_rover_begins_a_new_session_of_the_viewer(world, viewer):
     assert [w["sessionId"] for w in viewer.words if w["op"] == "serverInfo"][-1] != first[-1]
 
 
+def test_a_link_that_is_opened_again_keeps_the_map_and_the_session_of_the_viewer(world, viewer):
+    viewer.until(lambda: world.station.session.boot_id == 1, world.turn)
+    world.turn([ProductHeard(0, Product(1, "ldem", "ldem-2", world.station.rover.map))])
+    world.station = VirtualStation()  # nothing was received in its session yet
+    world.server.turn([], world.station.session, 0)
+    assert "/map" in world.server._newest
+    viewer.subscribe("/map")
+    viewer.until(lambda: viewer.of("/map"), world.turn)
+    assert len({word["sessionId"] for word in viewer.words if word["op"] == "serverInfo"}) == 1
+
+
 def test_two_viewers_see_the_same_and_one_that_leaves_disturbs_nobody(world, viewer):
     second = Viewer(world.server.port)
     second.until(lambda: "/pose" in second.channels)

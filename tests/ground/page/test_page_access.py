@@ -51,6 +51,17 @@ def test_a_cookie_does_not_show_the_token_and_ends_with_it():
     assert access.role_of_cookies(TOKENS, header, cookie_name(9000)) is None
 
 
+@pytest.mark.parametrize("foreign", [
+    'x={"a":1}', "flag", "a=b=c", '="', f"{cookie_name(8765)}x=1", f"{cookie_name(8765)}=old", "x=ö,[]", "",
+])  # fmt: skip
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_cookie_of_another_server_on_this_computer_hides_ours_in_no_syntax(foreign, order):
+    ours = f"{cookie_name(8765)}={cookie_value(TOKENS, Role.OPERATOR)}"
+    header = "; ".join((foreign, ours)[::order])
+    assert access.role_of_cookies(TOKENS, header, cookie_name(8765)) is Role.OPERATOR
+    assert access.role_of_cookies(TOKENS, f"{foreign}; x{ours}", cookie_name(8765)) is None
+
+
 def test_tokens_are_made_once_in_a_file_that_only_its_owner_reads(tmp_path):
     path = tmp_path / "station" / "page-tokens.json"
     made = stored_tokens(path)

@@ -185,6 +185,14 @@ def test_while_the_link_is_closed_only_a_stop_is_taken():
     assert not taken.done()
 
 
+def test_the_last_acknowledged_events_are_stored_whatever_their_boot(tmp_path):
+    path = tmp_path / "seen.json"
+    Acknowledged(path).add([f"9-{serial}" for serial in range(5000)])
+    Acknowledged(path).add(["10-1", "9-0"])  # before all others by the alphabet
+    keys = Acknowledged(path).keys
+    assert len(keys) == 5000 and {"10-1", "9-0", "9-2"} <= keys and "9-1" not in keys
+
+
 def test_acknowledged_events_outlive_the_server_and_a_damaged_file_counts_as_none(tmp_path):
     path = tmp_path / "seen.json"
     Acknowledged(path).add(["1-7"])

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 
 import pytest
 
@@ -200,6 +201,22 @@ def test_a_stop_says_how_far_it_came(row, state, final):
     found = told(row, shot())
     assert (found["state"], found["final"]) == (state, final)
     assert ("2.0 s" in found["words"]) == (state in ("heard", "completed", "failed"))
+
+
+@pytest.mark.parametrize("row", [
+    None, command("stop", {}), command("stop", {}, copies=5),
+    command("stop", {}, requested_ns=120 * S, sent_ns=120 * S),
+])  # fmt: skip
+def test_a_stop_while_the_link_is_down_says_so_and_counts_no_seconds(row):
+    found = told(row, shot(at_s=0.0, linked=False, trouble="no link: nobody is there"))
+    assert "nobody is there" in found["words"] and not found["final"] and not re.search(r"\d s", found["words"])
+
+
+@pytest.mark.parametrize("linked", [False, True])
+@pytest.mark.parametrize(("state", "good"), [("COMPLETED", True), ("CANCELLED", False)])
+def test_a_stop_that_ended_before_the_link_was_opened_again_has_its_outcome(linked, state, good):
+    found = told(command("stop", {}, state, "halted", copies=2, ended_ns=0), shot(linked=linked))
+    assert found["final"] and found["good"] == good and "halted" in found["words"]
 
 
 class FakeStation:

@@ -211,6 +211,14 @@ def test_the_view_starts_with_map_trail_and_events_of_the_archive_and_a_reboot_e
         assert tuple(place for place in view.trail if place in past.trail) == trail
 
 
+def test_the_trail_of_the_archive_stays_until_the_rover_is_heard():
+    session, view = live(boot_id=1)
+    view.load(PastView(trail=((1.0, 2.0),), boot_id=1))
+    assert session.session.boot_id == 0  # a station without a state folder
+    view.receive([], session.session)
+    assert list(view.trail) == [(1.0, 2.0)]
+
+
 @pytest.mark.parametrize("content", [None, b"", b"no archive, only words"])
 def test_without_a_readable_archive_the_view_starts_empty(content, tmp_path):
     path = tmp_path / "archive.db"
