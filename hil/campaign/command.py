@@ -87,10 +87,10 @@ def campaign(
             _say(f"{known} cases are in {folder} already; {len(missing)} are missing")
             _say_versions(store)
         lost = _fly(store, read, missing, _Flying(workers or os.cpu_count() or 1, scheduler, flies)) if missing else []
+        _conclude(store, read, plan, as_json)
         if lost:
             _say("\n".join(lost))
             raise fail(EX_SOFTWARE, f"{len(lost)} cases could not be flown; the same command tries them again")
-        _conclude(store, read, plan, as_json)
 
 
 def _say_versions(store: CampaignFolder) -> None:
@@ -183,13 +183,15 @@ def _opened(folder: Path, plan: Plan) -> Iterator[CampaignFolder]:
 
 
 def _conclude(store: CampaignFolder, plan: Plan, path: str, as_json: bool) -> None:
-    """Write table and report; show the statistics."""
+    """Write table and report of the cases that are flown; show the statistics."""
     from hil.campaign.report import page, summary
     from hil.campaign.statistics import HEADLINES, failures
     from hil.campaign.table import replace_file
 
+    rows = store.flown(plan.cases)
+    if not rows:
+        return
     table = store.finish(plan.cases)
-    rows = [store.rows[number] for number in range(1, plan.cases + 1)]
     command = f"hil case {path}"
     report = store.path / "report.html"
     replace_file(report, page(plan, rows, command))

@@ -1,7 +1,7 @@
 """Table of a campaign: rows stored one by one as they end, then one Parquet file, sorted by case.
 
     campaign.json     the plan and its hash          cases.jsonl       a row a line, each written through to the disk
-    results.parquet   all rows, once all are flown   report.html       see report.py
+    results.parquet   all rows, at the end           report.html       see report.py
 
 A process that dies in the middle of a line leaves a piece of it: `CampaignFolder` cuts it off, and its case is flown
 again. One process at a time writes into a folder.
@@ -78,10 +78,13 @@ class CampaignFolder:
         """Cases that have no row yet."""
         return [number for number in range(1, cases + 1) if number not in self.rows]
 
+    def flown(self, cases: int) -> list[Row]:
+        """Rows of the first `cases` cases, without those that have none."""
+        return [self.rows[number] for number in range(1, cases + 1) if number in self.rows]
+
     def finish(self, cases: int) -> Path:
-        """Write the table of the first `cases` cases. Raises OSError."""
-        rows = [self.rows[number] for number in range(1, cases + 1)]
-        return write_parquet(self.path / _TABLE, rows)
+        """Write the table of the first `cases` cases that have rows. Raises OSError."""
+        return write_parquet(self.path / _TABLE, self.flown(cases))
 
     def close(self) -> None:
         """Free the folder."""

@@ -2,6 +2,7 @@
 
 import json
 import math
+import struct
 from contextlib import chdir
 from types import SimpleNamespace
 
@@ -89,6 +90,24 @@ def test_a_case_that_the_bench_cannot_make_is_a_row_of_outcome_error():
     plan = plan_of({"name": "p", "cases": 1, "lidar": {"sun_ratio": 0.5}}, "p.toml")  # without a sector
     row = fly(plan, 1)
     assert (row["outcome"], row["case_number"], row["seed"]) == ("error", 1, 1) and "sun_ratio" in row["reason"]
+
+
+@pytest.mark.parametrize("defect", [
+    AssertionError("no fault is injected"), struct.error("bad char"), MemoryError(), OSError(24, "too many files"),
+])  # fmt: skip
+def test_a_defect_of_the_bench_is_a_row_of_outcome_error_with_its_words(monkeypatch, defect):
+    def bench(*_args, **_how):
+        raise defect
+
+    monkeypatch.setattr("hil.campaign.case.InMemory", bench)
+    row = fly(plan_of({"name": "p", "cases": 1, "mission": {"terrain": "flat"}}, "p.toml"), 1)
+    assert (row["outcome"], row["reason"]) == ("error", f"{type(defect).__name__}: {defect}")
+
+
+def test_records_that_cannot_be_written_are_no_row(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(NotADirectoryError):
+        fly(plan_of({"name": "p", "cases": 1, "mission": {"terrain": "flat"}}, "p.toml"), 1, tmp_path / "file/case-1")
 
 
 def flight(*states, error="", to_goal_m=0.1):

@@ -161,11 +161,20 @@ def test_a_case_whose_process_is_killed_is_flown_again(place, reference):
     assert table(place) == reference and len(flights(place, 3)) == 2
 
 
-def test_a_case_that_is_always_killed_is_named_and_the_others_are_stored(place):
+def test_a_case_that_is_always_killed_is_named_and_the_others_have_table_and_report(place, reference):
     done = run(place, "always_killed", "--workers", "2")
     assert done.exit_code == 70 and "case 2" in done.stderr and "memory" in done.stderr
-    assert len(stored(place)) == 7 and not (place / "build/campaigns/plan/results.parquet").exists()
-    assert run(place).exit_code == 0 and len(stored(place)) == 8
+    assert table(place) == [row for row in reference if row["case_number"] != 2] and len(stored(place)) == 7
+    report = place / "build/campaigns/plan/report.html"
+    assert "7 of 8 cases" in report.read_text() and "at the goal, of all" in done.stdout
+    assert run(place).exit_code == 0 and table(place) == reference
+    assert "7 of 8 cases" not in report.read_text()
+
+
+def test_a_campaign_without_any_row_has_no_table(place):
+    (place / "plan.toml").write_text("cases = 1\n")
+    done = run(place, "killed")
+    assert done.exit_code == 70 and not (place / "build/campaigns/plan/results.parquet").exists()
 
 
 def test_a_defect_in_a_flight_is_told_with_its_last_words(place):
