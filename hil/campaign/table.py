@@ -13,6 +13,7 @@ import fcntl
 import json
 import os
 from collections.abc import Iterable, Mapping, Sequence
+from fnmatch import fnmatch
 from pathlib import Path
 from typing import IO, Any
 
@@ -50,8 +51,13 @@ class CampaignFolder:
             raise FolderInUseError(f"{path} is in use by another campaign; end that one, or give --out") from None
         try:
             about = {"name": plan.name, "sha256": plan.sha256, "where": plan.where, "plan": plan.tree}
-            replace_file(path / _ABOUT, json.dumps(about, indent=1) + "\n")
+            text = json.dumps(about, indent=1) + "\n"
+            if _text_of(path / _ABOUT) != text:
+                replace_file(path / _ABOUT, text)
+            is_new = not (path / _ROWS).exists()
             self._file: IO[bytes] = (path / _ROWS).open("a+b", buffering=0)
+            if is_new:
+                _to_disk(path)
         except OSError:
             self._lock.close()
             raise
@@ -100,7 +106,7 @@ def _check(path: Path, plan: Plan) -> None:
         raise ConfigError(f"{path} is no folder; give another one with --out")
     about = path / _ABOUT
     if not about.is_file():
-        others = sorted({item.name for item in path.iterdir()} - {".lock"})
+        others = sorted(item.name for item in path.iterdir() if not _of_campaign(item))
         if others:
             raise ConfigError(f"{path} holds `{others[0]}` and no campaign; give another folder with --out")
         return
@@ -115,6 +121,12 @@ def _check(path: Path, plan: Plan) -> None:
     raise ConfigError(
         f"{path} holds cases of another plan (it differs in {parts or 'seed'}): give another folder with --out"
     )
+
+
+def _of_campaign(item: Path) -> bool:
+    """True for what a folder may have before its campaign: a flight by `hil case`, what a killed start has left."""
+    name = item.name
+    return name == ".lock" or fnmatch(name, ".*.part") or (fnmatch(name, "case-*") and item.is_dir())
 
 
 def _whole_rows(file: IO[bytes]) -> list[Row]:
@@ -137,10 +149,30 @@ def _whole_rows(file: IO[bytes]) -> list[Row]:
 
 
 def replace_file(path: Path, text: str) -> None:
-    """Write a file so that it is whole at any time. Raises OSError."""
+    """Write a file so that it is whole at any time, after a power cut as well. Raises OSError."""
     part = path.with_name(f".{path.name}.part")
-    part.write_text(text, encoding="utf-8")
+    with part.open("w", encoding="utf-8") as file:
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
     os.replace(part, path)
+    _to_disk(path.parent)
+
+
+def _to_disk(folder: Path) -> None:
+    """Write the names in a folder through to the disk. Raises OSError."""
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _text_of(path: Path) -> str | None:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, ValueError):
+        return None
 
 
 def columns_of(rows: Sequence[Row]) -> dict[str, str]:

@@ -215,6 +215,56 @@ def test_a_folder_in_use_or_of_something_else_is_refused(place):
     assert done.exit_code == 78 and "letter.txt" in done.stderr
 
 
+def test_a_flight_by_hil_case_and_what_a_killed_start_left_do_not_refuse_the_campaign(place, reference):
+    folder = place / "build/campaigns/plan"
+    (folder / "case-7").mkdir(parents=True)
+    (folder / "case-7/onboard.mcap").touch()
+    (folder / ".campaign.json.part").write_text('{"name"')
+    done = run(place)
+    assert done.exit_code == 0, done.stderr
+    assert table(place) == reference
+
+
+def test_a_file_called_like_a_flight_is_something_else(place):
+    (place / "other").mkdir()
+    (place / "other/case-7").touch()
+    done = run(place, "fly", "--out", "other")
+    assert done.exit_code == 78 and "`case-7`" in done.stderr
+
+
+@contextmanager
+def disk_calls(monkeypatch):
+    """Names of the files that are written through, and of those that get their names, in order."""
+    calls, sync, rename = [], os.fsync, os.replace
+
+    def fsync(descriptor):
+        calls.append(("sync", os.path.basename(os.readlink(f"/proc/self/fd/{descriptor}"))))
+        sync(descriptor)
+
+    def replace(old, new):
+        calls.append(("name", Path(new).name))
+        rename(old, new)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fsync", fsync)
+        patch.setattr(os, "replace", replace)
+        yield calls
+
+
+def test_the_plan_of_a_folder_is_on_the_disk_before_its_rows_and_is_written_once(place, monkeypatch):
+    plan, path = load_plan(place / "plan.toml"), place / "mine"
+    with disk_calls(monkeypatch) as calls:
+        CampaignFolder(path, plan).close()
+        about = [("sync", ".campaign.json.part"), ("name", "campaign.json"), ("sync", "mine")]
+        assert calls == [*about, ("sync", "mine")]  # once more for the name of the file of rows
+        calls.clear()
+        CampaignFolder(path, plan).close()
+        assert calls == []
+        (place / "plan.toml").write_text(PLAN.replace("cases = 8", "cases = 9"))
+        CampaignFolder(path, load_plan(place / "plan.toml")).close()
+        assert calls == about
+
+
 def test_a_scheduler_that_is_not_there_is_named(place, monkeypatch):
     monkeypatch.setattr("hil.campaign.cluster.CONNECT_S", 1)
     done = run(place, "fly", "--scheduler", "tcp://127.0.0.1:1")
