@@ -12,13 +12,13 @@ from __future__ import annotations
 import fcntl
 import json
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from fnmatch import fnmatch
 from pathlib import Path
 from typing import IO, Any
 
 from hil.campaign.case import COLUMNS
-from hil.campaign.plan import Plan, plan_of
+from hil.campaign.plan import Plan
 from onboard.config import ConfigError
 
 Row = dict[str, Any]
@@ -263,10 +263,10 @@ def _row_or_none(line: bytes) -> Row | None:
     return row if isinstance(row, dict) and "case_number" in row else None
 
 
-def plan_in(folder: Path) -> Plan | None:
-    """Plan with which a folder's cases were flown; None if there is none."""
+def sha256_in(folder: Path) -> str | None:
+    """Hash of the plan with which a folder's cases were flown; None if there is none."""
     try:
-        about: Mapping[str, Any] = json.loads((folder / _ABOUT).read_text())
-        return plan_of(about["plan"], about["where"])
-    except (OSError, ValueError, KeyError):
+        about = json.loads((folder / _ABOUT).read_text(encoding="utf-8"))
+        return str(about["sha256"])
+    except (OSError, ValueError, KeyError, TypeError):
         return None

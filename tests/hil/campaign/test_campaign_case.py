@@ -4,6 +4,7 @@ import json
 import math
 import struct
 from contextlib import chdir
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -77,6 +78,29 @@ def test_a_case_that_differs_from_the_campaigns_flight_ends_with_1_and_names_wha
         done = CliRunner().invoke(app, ["case", "short.toml", "1"])
     stored.write_text(before)
     assert done.exit_code == 1 and "differs in way_m" in done.stderr
+
+
+def test_a_case_is_not_compared_with_the_campaign_of_another_plan(flown, monkeypatch):
+    other = {**flown.row, "way_m": 99.0}
+    monkeypatch.setattr("hil.campaign.case.fly", lambda plan, number, folder: other)
+    (flown.place / "other.toml").write_text('name = "short"\n' + PLAN.replace("seed = 4", "seed = 5"))
+    with chdir(flown.place):
+        done = CliRunner().invoke(app, ["case", "other.toml", "1"])
+    assert done.exit_code == 0 and "of another plan, not compared" in done.stderr and "differs" not in done.stderr
+
+
+def test_a_case_is_compared_with_the_campaign_of_a_named_folder(flown, monkeypatch):
+    folders = []
+    monkeypatch.setattr("hil.campaign.case.fly", lambda plan, number, folder: folders.append(folder) or flown.row)
+    (flown.place / "named.toml").write_text(PLAN)
+    with chdir(flown.place):
+        alone = CliRunner().invoke(app, ["case", "named.toml", "1"])
+        named = CliRunner().invoke(app, ["case", "named.toml", "1", "--campaign", "build/campaigns/short"])
+        none = CliRunner().invoke(app, ["case", "named.toml", "1", "--campaign", "build"])
+    assert alone.exit_code == 0 and "campaign's flight" not in alone.stderr
+    assert named.exit_code == 0 and "is identical" in named.stderr
+    assert folders == [Path("build/campaigns/named/case-1"), Path("build/campaigns/short/case-1")]
+    assert none.exit_code == 66 and "build holds no campaign" in none.stderr
 
 
 def test_a_case_shows_its_drawn_values_without_flying(flown):
