@@ -109,7 +109,7 @@ def _classes(rows: Sequence[Row]) -> str:
     return "".join(
         f"<h3><code>{_escape(knob)}</code></h3>\n"
         + _table(
-            ("class", "cases", "at the goal, of the reachable", "a contact"),
+            ("class", "cases", "at the goal, of the reachable", "a contact, of the flights"),
             ((row.name, str(row.cases), str(row.arrivals), str(row.contacts)) for row in by_class(rows, knob)),
         )
         for knob in knobs_of(rows)
