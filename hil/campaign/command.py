@@ -113,7 +113,7 @@ class _Flying:
 
 def _fly(store: CampaignFolder, plan: Plan, missing: Sequence[int], how: _Flying) -> list[str]:
     """Fly cases and store their rows; return a line for each that was lost."""
-    from hil.campaign.cluster import NoSchedulerError, cluster, fly_all
+    from hil.campaign.cluster import NoSchedulerError, cluster, fly_all, without_workers
     from hil.campaign.flight_process import FLIES
 
     lost: list[str] = []
@@ -122,6 +122,9 @@ def _fly(store: CampaignFolder, plan: Plan, missing: Sequence[int], how: _Flying
     first = Text(f"{plan.name}: {len(missing)} cases on {where} ...")
     try:
         with status(Console(stderr=True), first) as tell, cluster(how.workers, how.scheduler) as client:
+            for _ in without_workers(client):
+                waited_s = time.monotonic() - begun_s
+                tell(Text(f"{where} has no workers; waiting for one, {_duration(waited_s)} so far"), waited_s)
             for ended in fly_all(client, plan, missing, how.flies or FLIES):
                 if ended.row is None:
                     lost.append(ended.problem)
@@ -357,8 +360,10 @@ def _read(name: str) -> Plan:
         plan = load_plan(find_plan(name))
         check_cases(plan)
         return plan
-    except (FileNotFoundError, IsADirectoryError):
+    except (FileNotFoundError, NotADirectoryError, IsADirectoryError):
         raise fail(EX_NOINPUT, f"no plan {name}; the bench's own are {', '.join(_plan_names(''))}") from None
+    except OSError as error:
+        raise fail(EX_NOINPUT, f"{name}: {error.strerror or error}") from None
     except ConfigError as error:
         raise fail(EX_CONFIG, str(error)) from None
 

@@ -284,6 +284,29 @@ def test_a_bad_plan_ends_with_its_code_and_one_line(place, text, code, said):
     assert done.exit_code == code and said in done.stderr and len(done.stderr.splitlines()) == 1
 
 
+@pytest.mark.parametrize("address", [
+    "tls://127.0.0.1:1", "tcp://127.0.0.1:xx", "tcp://127.0.0.1", "tcp://", "ucx://127.0.0.1:1", "inproc://x",
+])  # fmt: skip
+def test_what_is_no_address_of_a_scheduler_is_one_line(place, address):
+    done = run(place, "fly", "--scheduler", address)
+    assert done.exit_code == 69 and f"no scheduler at {address}: " in done.stderr and "Traceback" not in done.stderr
+
+
+def test_a_plan_below_a_file_is_no_plan(place):
+    with chdir(place):
+        done = CliRunner().invoke(app, ["campaign", "plan.toml/x.toml"])
+    assert done.exit_code == 66 and "no plan plan.toml/x.toml" in done.stderr and len(done.stderr.splitlines()) == 1
+
+
+def test_a_plan_that_may_not_be_read_is_named(place, monkeypatch):
+    def read_toml(path):
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr("hil.campaign.plan.read_toml", read_toml)
+    done = run(place)
+    assert done.exit_code == 66 and done.stderr == "hil: plan.toml: Permission denied\n"
+
+
 @contextmanager
 def external_cluster(place, workers):
     """A scheduler and workers of dask in processes of their own; the address."""
@@ -306,6 +329,24 @@ def external_cluster(place, workers):
         process.stdin.close()
         process.wait(LIMIT_S)
         process.stdout.close()
+
+
+def test_a_scheduler_without_workers_is_waited_for(place):
+    from distributed import Client, Worker
+
+    from hil.campaign.cluster import without_workers
+
+    with external_cluster(place, 0) as address, Client(address, set_as_default=False) as client:
+        waiting = without_workers(client, every_s=0.01)
+        assert [next(waiting) for _ in range(2)] == [None, None]
+        worker = client.sync(_started, Worker, address)
+        list(waiting)  # ends
+        assert len(client.scheduler_info()["workers"]) == 1
+        client.sync(worker.close)
+
+
+async def _started(worker, address):
+    return await worker(address, nthreads=1)
 
 
 def test_a_scheduler_elsewhere_that_loses_a_worker_in_the_middle_gives_the_same_table(place, reference):
