@@ -11,6 +11,7 @@ import json
 import math
 import re
 import resource
+import struct
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -56,6 +57,10 @@ from protocol.link.transactions import RequestState
 
 GOAL_M = 0.3  # a rover that reports its arrival should be this near by truth
 ROOT = Path(__file__).parents[2]
+DEFECTS = (
+    ConfigError, ValueError, ArithmeticError, LookupError, TypeError, AttributeError, RuntimeError, AssertionError,
+    BufferError, EOFError, MemoryError, OSError, struct.error,
+)  # fmt: skip
 _SALT = {"ground": 0xCA5E, "orbit": 0x0B17}  # of the generators of a case's seed
 
 
@@ -220,7 +225,7 @@ def fly(plan: Plan, number: int, folder: Path | None = None) -> dict[str, Any]:
     """Fly a case and return its row: the drawn values by knob, and COLUMNS.
 
     folder: gets onboard.mcap, truth.mcap and field.npz; None: no files. A flight that the bench cannot make is a row as
-    well: its outcome is `aborted`, or `error` for a defect of ours.
+    well: its outcome is `aborted`, or `error` for a defect of ours. Raises OSError if the files cannot be written.
     """
     begun_s = time.perf_counter()
     values = drawn(plan, number)
@@ -228,7 +233,9 @@ def fly(plan: Plan, number: int, folder: Path | None = None) -> dict[str, Any]:
         result = _flown(case_of(plan, number), folder)
     except PlantAbortError as abort:
         result = {"outcome": "aborted", "reason": f"before the first tick: {abort}"}
-    except (ConfigError, ValueError, ArithmeticError, LookupError, TypeError, AttributeError, RuntimeError) as error:
+    except DEFECTS as error:
+        if folder is not None and isinstance(error, OSError):
+            raise
         result = {"outcome": "error", "reason": f"{type(error).__name__}: {error}"}
     seed = values.get("mission.seed") or plan.seed + number - 1
     times = {

@@ -19,12 +19,14 @@ from uuid import uuid4
 
 import dask
 from distributed import Client, KilledWorker, LocalCluster, WorkerPlugin, as_completed, get_worker
+from distributed.exceptions import WorkerStartTimeoutError
 
 from hil.campaign.flight_process import FLIES, FlightLostError, FlightProcess
 from hil.campaign.plan import Plan
 
 TRIES = 3
 CONNECT_S = 10
+WAIT_S = 3.0  # between two looks for a worker
 _SETTINGS = {
     "distributed.scheduler.allowed-failures": TRIES,
     "distributed.scheduler.work-stealing": False,
@@ -97,13 +99,34 @@ def cluster(workers: int, scheduler: str = "") -> Iterator[Client]:
             ):
                 yield client
             return
+        _refuse_address(scheduler)
         try:
             client = Client(scheduler, timeout=CONNECT_S, set_as_default=False)
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, TypeError) as error:
             why = str(error).splitlines()[0] if str(error) else type(error).__name__
             raise NoSchedulerError(f"no scheduler at {scheduler}: {why}") from None
         with client:
             yield client
+
+
+def _refuse_address(scheduler: str) -> None:
+    """Refuse what is no address of a scheduler. Raises NoSchedulerError."""
+    scheme, _, place = scheduler.rpartition("://")
+    host, _, port = place.rpartition(":")
+    if scheme not in ("", "tcp", "tls") or not host or not port.isdecimal():
+        raise NoSchedulerError(f"no scheduler at {scheduler}: it should be tcp://HOST:PORT or tls://HOST:PORT")
+
+
+def without_workers(client: Client, every_s: float = WAIT_S) -> Iterator[None]:
+    """Yield every `every_s` until the scheduler has a worker. Raises NoSchedulerError if it goes away."""
+    while True:
+        try:
+            client.wait_for_workers(1, timeout=every_s)
+            return
+        except WorkerStartTimeoutError:
+            yield
+        except (OSError, CancelledError):
+            raise NoSchedulerError("the scheduler went away") from None
 
 
 def fly_all(client: Client, plan: Plan, numbers: Sequence[int], flies: str = FLIES) -> Iterator[Ended]:

@@ -87,10 +87,10 @@ def campaign(
             _say(f"{known} cases are in {folder} already; {len(missing)} are missing")
             _say_versions(store)
         lost = _fly(store, read, missing, _Flying(workers or os.cpu_count() or 1, scheduler, flies)) if missing else []
+        _conclude(store, read, plan, as_json)
         if lost:
             _say("\n".join(lost))
             raise fail(EX_SOFTWARE, f"{len(lost)} cases could not be flown; the same command tries them again")
-        _conclude(store, read, plan, as_json)
 
 
 def _say_versions(store: CampaignFolder) -> None:
@@ -113,7 +113,7 @@ class _Flying:
 
 def _fly(store: CampaignFolder, plan: Plan, missing: Sequence[int], how: _Flying) -> list[str]:
     """Fly cases and store their rows; return a line for each that was lost."""
-    from hil.campaign.cluster import NoSchedulerError, cluster, fly_all
+    from hil.campaign.cluster import NoSchedulerError, cluster, fly_all, without_workers
     from hil.campaign.flight_process import FLIES
 
     lost: list[str] = []
@@ -122,6 +122,9 @@ def _fly(store: CampaignFolder, plan: Plan, missing: Sequence[int], how: _Flying
     first = Text(f"{plan.name}: {len(missing)} cases on {where} ...")
     try:
         with status(Console(stderr=True), first) as tell, cluster(how.workers, how.scheduler) as client:
+            for _ in without_workers(client):
+                waited_s = time.monotonic() - begun_s
+                tell(Text(f"{where} has no workers; waiting for one, {_duration(waited_s)} so far"), waited_s)
             for ended in fly_all(client, plan, missing, how.flies or FLIES):
                 if ended.row is None:
                     lost.append(ended.problem)
@@ -183,13 +186,15 @@ def _opened(folder: Path, plan: Plan) -> Iterator[CampaignFolder]:
 
 
 def _conclude(store: CampaignFolder, plan: Plan, path: str, as_json: bool) -> None:
-    """Write table and report; show the statistics."""
+    """Write table and report of the cases that are flown; show the statistics."""
     from hil.campaign.report import page, summary
     from hil.campaign.statistics import HEADLINES, failures
     from hil.campaign.table import replace_file
 
+    rows = store.flown(plan.cases)
+    if not rows:
+        return
     table = store.finish(plan.cases)
-    rows = [store.rows[number] for number in range(1, plan.cases + 1)]
     command = f"hil case {path}"
     report = store.path / "report.html"
     replace_file(report, page(plan, rows, command))
@@ -216,22 +221,30 @@ def case(
     out: Annotated[Path | None, typer.Option(help="Folder of the flight; default build/campaigns/NAME/case-N.")] = None,
     dry: Annotated[bool, typer.Option("--dry", help="Show the drawn values only.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="The row as JSON.")] = False,
+    of: Annotated[
+        Path | None, typer.Option("--campaign", help="Folder of the campaign; default build/campaigns/NAME.")
+    ] = None,
 ) -> None:
     """Fly one case of a plan again, with all records, and show its row.
 
-    If the campaign has flown it, the two flights are compared, hash by hash.
+    If the campaign has flown it by the same plan, the two flights are compared, hash by hash.
 
-    Exit codes: 0 flown, and equal to the campaign's flight if there is one, 1 not equal to it, 66 no such plan,
-    74 the records cannot be written, 78 an error in the plan.
+    Exit codes: 0 flown, and equal to the campaign's flight if there is one, 1 not equal to it, 66 no such plan or
+    campaign, 74 the records cannot be written, 78 an error in the plan.
     """
     from hil.campaign.case import fly
     from hil.campaign.plan import drawn
+    from hil.campaign.table import sha256_in
 
     read = _read(plan)
     if dry:
         _show_row(drawn(read, number), as_json)
         return
-    folder = out or FOLDER / read.name / f"case-{number}"
+    stored = of or FOLDER / read.name
+    known = sha256_in(stored)
+    if of and known is None:
+        raise fail(EX_NOINPUT, f"{of} holds no campaign")
+    folder = out or stored / f"case-{number}"
     try:
         with Console(stderr=True).status(f"{read.name}, case {number} ..."):
             row = fly(read, number, folder)
@@ -241,7 +254,10 @@ def case(
         raise fail(EX_INTERRUPTED, "ended by Ctrl-C") from None
     _show_row(row, as_json)
     _say(f"records: {folder}; look at them: hil watch {folder}")
-    raise typer.Exit(EX_OK if _same_as_stored(FOLDER / read.name, row) else EX_FAILED)
+    if known not in (None, read.sha256):
+        _say(f"the campaign in {stored} is of another plan, not compared")
+        return
+    raise typer.Exit(EX_OK if _same_as_stored(stored, row) else EX_FAILED)
 
 
 def _same_as_stored(folder: Path, row: Row) -> bool:
@@ -344,8 +360,10 @@ def _read(name: str) -> Plan:
         plan = load_plan(find_plan(name))
         check_cases(plan)
         return plan
-    except (FileNotFoundError, IsADirectoryError):
+    except (FileNotFoundError, NotADirectoryError, IsADirectoryError):
         raise fail(EX_NOINPUT, f"no plan {name}; the bench's own are {', '.join(_plan_names(''))}") from None
+    except OSError as error:
+        raise fail(EX_NOINPUT, f"{name}: {error.strerror or error}") from None
     except ConfigError as error:
         raise fail(EX_CONFIG, str(error)) from None
 

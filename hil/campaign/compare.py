@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 
 from scipy.stats import binomtest
 
-from hil.campaign.statistics import arrived, reachable, touched
+from hil.campaign.statistics import arrived, flown, reachable, touched
 from hil.campaign.table import Row
 from protocol.visible import visible
 
@@ -40,10 +40,10 @@ def _number(name: str) -> Callable[[Row], float | None]:
 
 FIGURES: Mapping[str, Figure] = {
     "not_arrived": Figure("did not arrive, of the reachable goals", lambda r: not arrived(r) if reachable(r) else None),
-    "contact": Figure("had a contact", touched),
+    "contact": Figure("had a contact", lambda r: touched(r) if flown(r) else None),
     "silent": Figure("reported an arrival that was none", lambda r: r["outcome"] == "silent"),
-    "aborted": Figure("ended by the bench", lambda r: r["outcome"] in ("aborted", "error")),
-    "fault": Figure("raised a fault", lambda r: bool(r.get("faults_raised"))),
+    "aborted": Figure("ended by the bench, or not flown", lambda r: r["outcome"] in ("aborted", "error")),
+    "fault": Figure("raised a fault", lambda r: bool(r.get("faults_raised")) if flown(r) else None),
     "way_ratio": Figure("way over optimum", _number("way_ratio"), 1e-3),
     "s_per_m": Figure("time per metre", _number("s_per_m"), 1e-2),
     "distance_to_goal_m": Figure("distance to the goal, of arrivals",

@@ -25,6 +25,7 @@ from onboard.config import ConfigError
 from onboard.toml_text import shown
 
 SIGMAS = 4.0  # a normal distribution ends here, unless the plan says where
+LEAST_SHARE = 0.01  # of a normal distribution's draws, within its ends: a draw takes 100 tries on average
 
 
 class Distribution(Protocol):
@@ -102,8 +103,16 @@ class Normal:
         """Both ends."""
         return self.low, self.high
 
+    @property
+    def share(self) -> float:
+        """Probability that a draw of the whole distribution lies within the ends."""
+        if self.sigma == 0:
+            return 1.0
+        low, high = (math.erf((end - self.mean) / (math.sqrt(2.0) * self.sigma)) for end in self.extremes)
+        return (high - low) / 2
+
     def draw(self, rng: np.random.Generator) -> float:
-        """Draw until a value is in range; mean lies in it, so that a draw in two is at least on one side."""
+        """Draw until a value is in range: LEAST_SHARE of them at least."""
         while True:
             drawn = self.mean + self.sigma * float(rng.standard_normal())
             if self.low <= drawn <= self.high:
@@ -157,7 +166,13 @@ def _normal(table: Mapping[str, Any], what: str) -> Distribution:
     }
     if not all(map(_number, ends.values())) or not ends["low"] <= mean <= ends["high"]:
         raise ConfigError(f"{what}: low = {shown(ends['low'])}, mean = {mean:g}, high = {shown(ends['high'])}: rising")
-    return Normal(float(mean), float(sigma), float(ends["low"]), float(ends["high"]))
+    made = Normal(float(mean), float(sigma), float(ends["low"]), float(ends["high"]))
+    if made.share < LEAST_SHARE:
+        raise ConfigError(
+            f"{what}: between low = {made.low:g} and high = {made.high:g} lie {100 * made.share:.2g} % of its draws, "
+            f"of {100 * LEAST_SHARE:g} % at least; use uniform = [{made.low:g}, {made.high:g}]"
+        )
+    return made
 
 
 def _choice(table: Mapping[str, Any], what: str) -> Distribution:

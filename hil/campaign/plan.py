@@ -197,11 +197,13 @@ def plan_of(tree: Mapping[str, Any], where: str) -> Plan:
     if not isinstance(rows, list):
         raise ConfigError(f"{where}: `faults` should be tables [[faults]], found {shown(rows)}")
     for number, row in enumerate(rows, 1):
-        for key, law in _laws(row, f"faults.{number}", where):
+        laws = dict(_laws(row, f"faults.{number}", where))
+        for key, law in laws.items():
             _check_fault(number, key, law, where)
             knobs[f"faults.{number}.{key}"] = law
         if "fault" not in row:
             raise ConfigError(f"{where}: `faults.{number}.fault` is missing: a row of hil.faults.injection")
+        _check_targets(number, laws, where)
     return Plan(head.name, head.about, head.cases, head.seed, knobs, len(rows), where, tree)
 
 
@@ -292,6 +294,19 @@ def _check_fault(number: int, key: str, law: Distribution, where: str) -> None:
             raise ConfigError(f"{what} = {shown(item)}: no such fault{_near(item, INJECTIONS)}")
         if cause.never_quick:
             raise ConfigError(f"{what} = {shown(item)} needs several processes, and a case is flown in one")
+
+
+def _check_targets(number: int, laws: Mapping[str, Distribution], where: str) -> None:
+    """Check that each fault of a row can have each of its targets. Raises ConfigError."""
+    from hil.faults.injection import INJECTIONS
+
+    what = f"{where}: `faults.{number}.target`"
+    targets = laws["target"].extremes if "target" in laws else (Injection().target,)
+    for fault in laws["fault"].extremes:
+        for target in targets:
+            if why := INJECTIONS[fault].refuses(target):
+                found = f"{what} = {target}" if "target" in laws else f"{what} is missing"
+                raise ConfigError(f"{found}: of {fault} it {why}")
 
 
 def _plain(item: Any) -> Any:

@@ -54,7 +54,7 @@ def page(plan: Plan, rows: Sequence[Row], command: str) -> str:
     versions = sorted({str(row.get("version")) for row in rows})
     head = (
         f"<h1>Campaign {_escape(plan.name)}</h1>\n<p>{_escape(plan.about)}</p>\n"
-        f'<p class="soft">{len(rows)} cases, seed {plan.seed}, plan {plan.sha256[:12]}; flown by '
+        f'<p class="soft">{_number(plan, rows)} cases, seed {plan.seed}, plan {plan.sha256[:12]}; flown by '
         f"{_escape(', '.join(versions))}{'; the cases are of several versions' if len(versions) > 1 else ''}</p>\n"
     )
     parts = (
@@ -72,6 +72,10 @@ def page(plan: Plan, rows: Sequence[Row], command: str) -> str:
         f"<title>Campaign {_escape(plan.name)}</title><style>{_CSS}</style></head>\n"
         f"<body>\n{head}{body}</body></html>\n"
     )
+
+
+def _number(plan: Plan, rows: Sequence[Row]) -> str:
+    return str(len(rows)) if len(rows) == plan.cases else f"{len(rows)} of {plan.cases}"
 
 
 def _outcomes(rows: Sequence[Row]) -> str:
@@ -105,7 +109,7 @@ def _classes(rows: Sequence[Row]) -> str:
     return "".join(
         f"<h3><code>{_escape(knob)}</code></h3>\n"
         + _table(
-            ("class", "cases", "at the goal, of the reachable", "a contact"),
+            ("class", "cases", "at the goal, of the reachable", "a contact, of the flights"),
             ((row.name, str(row.cases), str(row.arrivals), str(row.contacts)) for row in by_class(rows, knob)),
         )
         for knob in knobs_of(rows)

@@ -66,9 +66,19 @@ def reachable(row: Row) -> bool:
     return row.get("reachable") is not False
 
 
+def flown(row: Row) -> bool:
+    """It has the figures of a flight: the bench has flown it."""
+    return row.get("contacts") is not None
+
+
 def touched(row: Row) -> bool:
     """It had a contact."""
     return bool(row.get("contacts"))
+
+
+def touched_of(rows: Sequence[Row]) -> Share:
+    """Share of the flights that had a contact."""
+    return share_of([row for row in rows if flown(row)], touched)
 
 
 HEADLINES: Mapping[str, Callable[[Sequence[Row]], Share]] = {
@@ -77,12 +87,14 @@ HEADLINES: Mapping[str, Callable[[Sequence[Row]], Share]] = {
     "stopped with a reason, of those out of reach": lambda rows: share_of(
         [row for row in rows if not reachable(row)], lambda row: row["outcome"] == "stopped"
     ),
-    "a contact": lambda rows: share_of(rows, touched),
+    "a contact, of the flights": touched_of,
     "reported an arrival that was none": lambda rows: share_of(rows, lambda row: row["outcome"] == "silent"),
     "ended by the bench: tipped, or beside the ground": lambda rows: share_of(
         rows, lambda row: row["outcome"] == "aborted"
     ),
-    "a fault raised": lambda rows: share_of(rows, lambda row: bool(row.get("faults_raised"))),
+    "a fault raised, of the flights": lambda rows: share_of(
+        [row for row in rows if flown(row)], lambda row: bool(row.get("faults_raised"))
+    ),
 }
 
 
@@ -119,7 +131,7 @@ def by_class(rows: Sequence[Row], knob: str) -> list[ClassRow]:
 
 def _class_row(name: str, members: Sequence[Row]) -> ClassRow:
     near = [row for row in members if reachable(row)]
-    return ClassRow(name, len(members), share_of(near, arrived), share_of(members, touched))
+    return ClassRow(name, len(members), share_of(near, arrived), touched_of(members))
 
 
 def classes(rows: Sequence[Row], knob: str) -> list[tuple[str, list[Row]]]:

@@ -1,7 +1,7 @@
 """Table of a campaign: rows stored one by one as they end, then one Parquet file, sorted by case.
 
     campaign.json     the plan and its hash          cases.jsonl       a row a line, each written through to the disk
-    results.parquet   all rows, once all are flown   report.html       see report.py
+    results.parquet   all rows, at the end           report.html       see report.py
 
 A process that dies in the middle of a line leaves a piece of it: `CampaignFolder` cuts it off, and its case is flown
 again. One process at a time writes into a folder.
@@ -12,12 +12,13 @@ from __future__ import annotations
 import fcntl
 import json
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
+from fnmatch import fnmatch
 from pathlib import Path
 from typing import IO, Any
 
 from hil.campaign.case import COLUMNS
-from hil.campaign.plan import Plan, plan_of
+from hil.campaign.plan import Plan
 from onboard.config import ConfigError
 
 Row = dict[str, Any]
@@ -50,8 +51,13 @@ class CampaignFolder:
             raise FolderInUseError(f"{path} is in use by another campaign; end that one, or give --out") from None
         try:
             about = {"name": plan.name, "sha256": plan.sha256, "where": plan.where, "plan": plan.tree}
-            replace_file(path / _ABOUT, json.dumps(about, indent=1) + "\n")
+            text = json.dumps(about, indent=1) + "\n"
+            if _text_of(path / _ABOUT) != text:
+                replace_file(path / _ABOUT, text)
+            is_new = not (path / _ROWS).exists()
             self._file: IO[bytes] = (path / _ROWS).open("a+b", buffering=0)
+            if is_new:
+                _to_disk(path)
         except OSError:
             self._lock.close()
             raise
@@ -78,10 +84,13 @@ class CampaignFolder:
         """Cases that have no row yet."""
         return [number for number in range(1, cases + 1) if number not in self.rows]
 
+    def flown(self, cases: int) -> list[Row]:
+        """Rows of the first `cases` cases, without those that have none."""
+        return [self.rows[number] for number in range(1, cases + 1) if number in self.rows]
+
     def finish(self, cases: int) -> Path:
-        """Write the table of the first `cases` cases. Raises OSError."""
-        rows = [self.rows[number] for number in range(1, cases + 1)]
-        return write_parquet(self.path / _TABLE, rows)
+        """Write the table of the first `cases` cases that have rows. Raises OSError."""
+        return write_parquet(self.path / _TABLE, self.flown(cases))
 
     def close(self) -> None:
         """Free the folder."""
@@ -97,7 +106,7 @@ def _check(path: Path, plan: Plan) -> None:
         raise ConfigError(f"{path} is no folder; give another one with --out")
     about = path / _ABOUT
     if not about.is_file():
-        others = sorted({item.name for item in path.iterdir()} - {".lock"})
+        others = sorted(item.name for item in path.iterdir() if not _of_campaign(item))
         if others:
             raise ConfigError(f"{path} holds `{others[0]}` and no campaign; give another folder with --out")
         return
@@ -112,6 +121,12 @@ def _check(path: Path, plan: Plan) -> None:
     raise ConfigError(
         f"{path} holds cases of another plan (it differs in {parts or 'seed'}): give another folder with --out"
     )
+
+
+def _of_campaign(item: Path) -> bool:
+    """True for what a folder may have before its campaign: a flight by `hil case`, what a killed start has left."""
+    name = item.name
+    return name == ".lock" or fnmatch(name, ".*.part") or (fnmatch(name, "case-*") and item.is_dir())
 
 
 def _whole_rows(file: IO[bytes]) -> list[Row]:
@@ -134,10 +149,30 @@ def _whole_rows(file: IO[bytes]) -> list[Row]:
 
 
 def replace_file(path: Path, text: str) -> None:
-    """Write a file so that it is whole at any time. Raises OSError."""
+    """Write a file so that it is whole at any time, after a power cut as well. Raises OSError."""
     part = path.with_name(f".{path.name}.part")
-    part.write_text(text, encoding="utf-8")
+    with part.open("w", encoding="utf-8") as file:
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
     os.replace(part, path)
+    _to_disk(path.parent)
+
+
+def _to_disk(folder: Path) -> None:
+    """Write the names in a folder through to the disk. Raises OSError."""
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _text_of(path: Path) -> str | None:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, ValueError):
+        return None
 
 
 def columns_of(rows: Sequence[Row]) -> dict[str, str]:
@@ -228,10 +263,10 @@ def _row_or_none(line: bytes) -> Row | None:
     return row if isinstance(row, dict) and "case_number" in row else None
 
 
-def plan_in(folder: Path) -> Plan | None:
-    """Plan with which a folder's cases were flown; None if there is none."""
+def sha256_in(folder: Path) -> str | None:
+    """Hash of the plan with which a folder's cases were flown; None if there is none."""
     try:
-        about: Mapping[str, Any] = json.loads((folder / _ABOUT).read_text())
-        return plan_of(about["plan"], about["where"])
-    except (OSError, ValueError, KeyError):
+        about = json.loads((folder / _ABOUT).read_text(encoding="utf-8"))
+        return str(about["sha256"])
+    except (OSError, ValueError, KeyError, TypeError):
         return None

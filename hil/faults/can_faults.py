@@ -14,11 +14,15 @@ AHEAD_NS = 500_000_000
 
 
 class CanCause(NamedTuple):
-    """One fault of the bus. begin and heal take the wire and the scenario's target."""
+    """One fault of the bus. begin and heal take the wire and the scenario's target.
+
+    targets: the first and the last that it may have; empty: it needs none
+    """
 
     means: str
     begin: Callable[[CanWire, int], None]
     heal: Callable[[CanWire, int], None]
+    targets: tuple[int, ...] = ()
 
 
 def _set(name: str, value: Callable[[int], object], normal: object) -> tuple[Callable[[CanWire, int], None], ...]:
@@ -46,17 +50,19 @@ CAUSES = {
         lambda wire, _: wire.hang_up(), lambda wire, _: None),
     "can_corrupt": CanCause(
         "one bit is wrong in `target` percent of the frames to the computer",
-        *_set("corrupt_ratio", lambda target: target / 100.0, 0.0)),
+        *_set("corrupt_ratio", lambda target: target / 100.0, 0.0), (1, 100)),
     "can_lose": CanCause(
         "`target` percent of the frames to the computer are lost",
-        *_set("lost_ratio", lambda target: target / 100.0, 0.0)),
+        *_set("lost_ratio", lambda target: target / 100.0, 0.0), (1, 100)),
     "can_babble": CanCause(
-        "the id `target` is sent 1000 times a second more", *_set("babble_id", lambda target: target, None)),
+        "the id `target` is sent 1000 times a second more",
+        *_set("babble_id", lambda target: target, None), (0, 0x7FF)),
     "can_future": CanCause(
         "frames to the computer are stamped half a second ahead", *_set("ahead_ns", lambda _: AHEAD_NS, 0)),
     "node_foreign": CanCause(
         "a node's heartbeat carries another DBC version (target 1 to 4: wheels, 5 tilt, 6 IMU, 7 power)",
-        *_set("foreign", _node, "")),
+        *_set("foreign", _node, ""), (0, len(NODES))),
     "node_twice": CanCause(
-        "a second node sends under the ids of node `target` (as node_foreign)", *_set("twin", _node, "")),
+        "a second node sends under the ids of node `target` (as node_foreign)", *_set("twin", _node, ""),
+        (0, len(NODES))),
 }  # fmt: skip

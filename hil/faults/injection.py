@@ -20,6 +20,7 @@ from onboard.config import ConfigError
 
 NS = 1_000_000_000
 LATE_TICKS = 150
+WHEELS = (1, 4)  # targets of a wheel's faults
 
 
 class Processes(Protocol):
@@ -34,9 +35,10 @@ class Processes(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Cause:
-    """Functions that begin and heal a fault; `target` is a wheel number where one is needed.
+    """Functions that begin and heal a fault.
 
     means: description for people
+    targets: the first and the last target (wheel, node, CAN id, percent); empty: it needs none
     quick_only: has no effect over sockets, where lock-step waits for late results and the disk is this machine's
     never_quick: has no effect in one process
     """
@@ -44,8 +46,15 @@ class Cause:
     means: str
     begin: Callable[[World, Processes, int], None]
     heal: Callable[[World, Processes, int], None]
+    targets: tuple[int, ...] = ()
     quick_only: bool = False
     never_quick: bool = False
+
+    def refuses(self, target: int) -> str:
+        """Why it cannot have this target; empty if it can."""
+        if not self.targets or self.targets[0] <= target <= self.targets[-1]:
+            return ""
+        return f"should be {self.targets[0]} to {self.targets[-1]}"
 
 
 def _unplug(bench: World, _p: Processes, _t: int) -> None:
@@ -105,6 +114,7 @@ def _of_wheels(name: str) -> Cause:
         row.means,
         lambda bench, _p, target: row.begin(bench, target),
         lambda bench, _p, target: row.heal(bench, target),
+        () if row.of_ground else WHEELS,
     )
 
 
@@ -130,6 +140,7 @@ def _of_can(cause: CanCause) -> Cause:
         cause.means,
         lambda bench, _, target: cause.begin(bench.can, target),
         lambda bench, _, target: cause.heal(bench.can, target),
+        cause.targets,
     )
 
 
@@ -141,7 +152,7 @@ def _of_ground(kind: str) -> Cause:
 
 INJECTIONS: Mapping[str, Cause] = {
     "lidar_unplugged": Cause("the LIDAR's cable is pulled", _unplug, _plug),
-    "wheel_silent": Cause("one wheel node sends nothing more", _silence_wheel, _unsilence_wheel),
+    "wheel_silent": Cause("one wheel node sends nothing more", _silence_wheel, _unsilence_wheel, WHEELS),
     "onboard_killed": Cause("the flight program gets SIGKILL", _kill_onboard, _nothing),
     "job_late": Cause("the results of long work come 1.5 s after their tick", _be_late, _be_in_time, quick_only=True),
     "ground_collapse": Cause("the ground under the left wheels gives way", ground_faults.collapse, _nothing),
@@ -161,10 +172,12 @@ def _check(faults: Iterable[Injection]) -> None:
             near = difflib.get_close_matches(fault.fault, INJECTIONS, n=1)
             hint = f"did you mean `{near[0]}`?" if near else f"should be one of {', '.join(INJECTIONS)}"
             raise ConfigError(f"faults.fault = {fault.fault!r}: {hint}")
+        if why := INJECTIONS[fault.fault].refuses(fault.target):
+            raise ConfigError(f"faults.target = {fault.target} of {fault.fault}: {why}")
 
 
 def causes(faults: Iterable[Injection]) -> tuple[Cause, ...]:
-    """The row of each fault, in order. Raises ConfigError for an unknown one, with the nearest name."""
+    """The row of each fault, in order. Raises ConfigError for an unknown one, with the nearest name, or its target."""
     faults = tuple(faults)
     _check(faults)
     return tuple(INJECTIONS[fault.fault] for fault in faults)

@@ -21,11 +21,12 @@ DUST_M = 1.0
 
 
 class WheelFault(NamedTuple):
-    """One fault: begin(world, wheel), heal(world, wheel)."""
+    """One fault: begin(world, wheel), heal(world, wheel). of_ground: whatever the wheel."""
 
     means: str
     begin: Callable[[World, int], None]
     heal: Callable[[World, int], None]
+    of_ground: bool = False
 
 
 def _stick(world: World, n: int) -> None:
@@ -91,8 +92,8 @@ WHEEL_FAULTS: Mapping[str, WheelFault] = {
     "pot_offset": WheelFault("a steering pot reads 6 degrees too much", _pot(POT_OFFSET_RAD), _pot(-POT_OFFSET_RAD)),
     "soft_patch": WheelFault(
         "a patch of powder, 3 m across, begins before the wheels", _patch("powder", PATCH_M, PATCH_AHEAD_M),
-        _sweep_patches,
+        _sweep_patches, of_ground=True,
     ),
     "no_grip": WheelFault("dust without grip, 2 m across, is under the rover", _patch("dust", DUST_M, 0.0),
-                          _sweep_patches),
+                          _sweep_patches, of_ground=True),
 }  # fmt: skip

@@ -114,14 +114,17 @@ def run(
 
 
 def _refuse_what_cannot_be(scenario: Scenario, quick: bool) -> None:
-    from hil.faults.injection import INJECTIONS  # the engine is slow to import
+    from hil.faults.injection import causes  # the engine is slow to import
 
-    for fault in scenario.faults:
-        cause = INJECTIONS.get(fault.fault)
-        if cause and cause.quick_only and not quick:
+    try:
+        known = causes(scenario.faults)
+    except ConfigError as error:
+        raise fail(EX_CONFIG, f"{scenario.name}: {error}") from None
+    for fault, cause in zip(scenario.faults, known, strict=True):
+        if cause.quick_only and not quick:
             why = "needs --quick; over sockets the bench waits for jobs"
             raise fail(EX_CONFIG, f"{scenario.name}: {fault.fault} {why}")
-        if cause and cause.never_quick and quick:
+        if cause.never_quick and quick:
             raise fail(EX_CONFIG, f"{scenario.name}: {fault.fault} needs processes; run it without --quick")
 
 

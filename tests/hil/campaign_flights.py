@@ -44,6 +44,11 @@ def always_killed(plan, number):
     return fly(plan, number)
 
 
+def killed(plan, number):
+    """Every case takes its process with it."""
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
 def fails(plan, number):
     """Case 2 has a defect that its flight does not catch."""
     if number == 2:

@@ -2,7 +2,9 @@
 
 import json
 import math
+import struct
 from contextlib import chdir
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -78,6 +80,29 @@ def test_a_case_that_differs_from_the_campaigns_flight_ends_with_1_and_names_wha
     assert done.exit_code == 1 and "differs in way_m" in done.stderr
 
 
+def test_a_case_is_not_compared_with_the_campaign_of_another_plan(flown, monkeypatch):
+    other = {**flown.row, "way_m": 99.0}
+    monkeypatch.setattr("hil.campaign.case.fly", lambda plan, number, folder: other)
+    (flown.place / "other.toml").write_text('name = "short"\n' + PLAN.replace("seed = 4", "seed = 5"))
+    with chdir(flown.place):
+        done = CliRunner().invoke(app, ["case", "other.toml", "1"])
+    assert done.exit_code == 0 and "of another plan, not compared" in done.stderr and "differs" not in done.stderr
+
+
+def test_a_case_is_compared_with_the_campaign_of_a_named_folder(flown, monkeypatch):
+    folders = []
+    monkeypatch.setattr("hil.campaign.case.fly", lambda plan, number, folder: folders.append(folder) or flown.row)
+    (flown.place / "named.toml").write_text(PLAN)
+    with chdir(flown.place):
+        alone = CliRunner().invoke(app, ["case", "named.toml", "1"])
+        named = CliRunner().invoke(app, ["case", "named.toml", "1", "--campaign", "build/campaigns/short"])
+        none = CliRunner().invoke(app, ["case", "named.toml", "1", "--campaign", "build"])
+    assert alone.exit_code == 0 and "campaign's flight" not in alone.stderr
+    assert named.exit_code == 0 and "is identical" in named.stderr
+    assert folders == [Path("build/campaigns/named/case-1"), Path("build/campaigns/short/case-1")]
+    assert none.exit_code == 66 and "build holds no campaign" in none.stderr
+
+
 def test_a_case_shows_its_drawn_values_without_flying(flown):
     with chdir(flown.place):
         done = CliRunner().invoke(app, ["case", "short.toml", "1", "--dry", "--json"])
@@ -89,6 +114,24 @@ def test_a_case_that_the_bench_cannot_make_is_a_row_of_outcome_error():
     plan = plan_of({"name": "p", "cases": 1, "lidar": {"sun_ratio": 0.5}}, "p.toml")  # without a sector
     row = fly(plan, 1)
     assert (row["outcome"], row["case_number"], row["seed"]) == ("error", 1, 1) and "sun_ratio" in row["reason"]
+
+
+@pytest.mark.parametrize("defect", [
+    AssertionError("no fault is injected"), struct.error("bad char"), MemoryError(), OSError(24, "too many files"),
+])  # fmt: skip
+def test_a_defect_of_the_bench_is_a_row_of_outcome_error_with_its_words(monkeypatch, defect):
+    def bench(*_args, **_how):
+        raise defect
+
+    monkeypatch.setattr("hil.campaign.case.InMemory", bench)
+    row = fly(plan_of({"name": "p", "cases": 1, "mission": {"terrain": "flat"}}, "p.toml"), 1)
+    assert (row["outcome"], row["reason"]) == ("error", f"{type(defect).__name__}: {defect}")
+
+
+def test_records_that_cannot_be_written_are_no_row(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(NotADirectoryError):
+        fly(plan_of({"name": "p", "cases": 1, "mission": {"terrain": "flat"}}, "p.toml"), 1, tmp_path / "file/case-1")
 
 
 def flight(*states, error="", to_goal_m=0.1):

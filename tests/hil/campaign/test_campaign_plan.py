@@ -41,6 +41,19 @@ def test_a_truncated_normal_knob_stays_within_its_ends():
     assert min(values) >= 0.0 and max(values) <= 0.02
 
 
+@pytest.mark.parametrize(("low", "high"), [(0.01, 0.01), (0.00999, 0.01001), (0.01, 0.0112)])
+def test_a_normal_knob_whose_ends_hold_nearly_nothing_is_refused(low, high):
+    """Of a normal distribution 0.96 % lie from its mean to 0.024 sigma, by the table of the error function."""
+    with pytest.raises(ConfigError, match=r"p\.toml: `lidar\.lost_ratio`\.normal: between low = .* at least"):
+        plan(lidar={"lost_ratio": {"normal": [0.01, 0.05], "low": low, "high": high}})
+
+
+@pytest.mark.parametrize(("sigma", "low", "high"), [(0.05, 0.01, 0.0113), (0.0, 0.01, 0.01), (1e-9, 0.0, 0.01)])
+def test_a_normal_knob_whose_ends_hold_a_hundredth_is_drawn(sigma, low, high):
+    law = {"normal": [0.01, sigma], "low": low, "high": high}
+    assert low <= min(column(plan(lidar={"lost_ratio": law}), "lidar.lost_ratio")) <= high
+
+
 def test_a_choice_follows_its_weights_and_an_integer_takes_both_ends():
     made = plan(
         mission={"soil": {"choice": ["firm", "soft"], "weights": [3, 1]}},
@@ -95,6 +108,12 @@ def test_the_identity_of_a_plan_is_that_of_its_draws_not_of_name_or_number_of_ca
     ({"faults": [{"fault": "imu_silnt"}]}, ("`faults.1.fault`", "`imu_silent`")),
     ({"faults": [{"fault": "imu_silent", "share": 1.5}]}, ("`faults.1.share` = 1.5", "0 to 1")),
     ({"faults": [{"when": "drive"}]}, ("`faults.1.fault` is missing",)),
+    ({"faults": [{"fault": "wheel_silent"}]}, ("`faults.1.target` is missing", "wheel_silent", "1 to 4")),
+    ({"faults": [{"fault": "wheel_silent", "target": 9}]}, ("`faults.1.target` = 9", "1 to 4")),
+    ({"faults": [{"fault": "steer_stuck", "target": {"integer": [0, 4]}}]}, ("`faults.1.target` = 0", "1 to 4")),
+    ({"faults": [{"fault": {"choice": ["imu_silent", "pot_offset"]}}]}, ("`faults.1.target` is missing", "pot_offset")),
+    ({"faults": [{"fault": "node_twice", "target": 8}]}, ("`faults.1.target` = 8", "0 to 7")),
+    ({"faults": [{"fault": "can_lose", "target": 101}]}, ("`faults.1.target` = 101", "1 to 100")),
     ({"faults": [{"fault": "onboard_restarted"}]}, ("`faults.1.fault`",)),
     ({"cases": 0}, ("`cases` = 0", "1 to")),
     ({"seed": "x"}, ("`seed` should be int",)),
@@ -106,6 +125,14 @@ def test_a_bad_plan_is_told_file_key_value_and_what_is_meant(tables, words):
     text = str(caught.value)
     assert text.startswith("p.toml: ") and "\n" not in text
     assert [word for word in words if word not in text] == []
+
+
+@pytest.mark.parametrize("row", [
+    {"fault": {"choice": ["wheel_silent", "imu_silent"]}, "target": {"integer": [1, 4]}}, {"fault": "no_grip"},
+    {"fault": "node_foreign"}, {"fault": "can_babble", "target": {"choice": [0, 2047]}}, {"fault": "ground_collapse"},
+])  # fmt: skip
+def test_a_fault_may_have_the_targets_that_it_needs_and_any_that_it_does_not(row):
+    assert drawn(plan(faults=[row]), 1)["faults.1.fault"] in ("wheel_silent", "imu_silent", row["fault"])
 
 
 def test_keys_of_the_scanner_that_need_each_other_are_checked_together_in_each_case():

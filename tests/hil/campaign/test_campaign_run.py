@@ -161,11 +161,20 @@ def test_a_case_whose_process_is_killed_is_flown_again(place, reference):
     assert table(place) == reference and len(flights(place, 3)) == 2
 
 
-def test_a_case_that_is_always_killed_is_named_and_the_others_are_stored(place):
+def test_a_case_that_is_always_killed_is_named_and_the_others_have_table_and_report(place, reference):
     done = run(place, "always_killed", "--workers", "2")
     assert done.exit_code == 70 and "case 2" in done.stderr and "memory" in done.stderr
-    assert len(stored(place)) == 7 and not (place / "build/campaigns/plan/results.parquet").exists()
-    assert run(place).exit_code == 0 and len(stored(place)) == 8
+    assert table(place) == [row for row in reference if row["case_number"] != 2] and len(stored(place)) == 7
+    report = place / "build/campaigns/plan/report.html"
+    assert "7 of 8 cases" in report.read_text() and "at the goal, of all" in done.stdout
+    assert run(place).exit_code == 0 and table(place) == reference
+    assert "7 of 8 cases" not in report.read_text()
+
+
+def test_a_campaign_without_any_row_has_no_table(place):
+    (place / "plan.toml").write_text("cases = 1\n")
+    done = run(place, "killed")
+    assert done.exit_code == 70 and not (place / "build/campaigns/plan/results.parquet").exists()
 
 
 def test_a_defect_in_a_flight_is_told_with_its_last_words(place):
@@ -206,6 +215,56 @@ def test_a_folder_in_use_or_of_something_else_is_refused(place):
     assert done.exit_code == 78 and "letter.txt" in done.stderr
 
 
+def test_a_flight_by_hil_case_and_what_a_killed_start_left_do_not_refuse_the_campaign(place, reference):
+    folder = place / "build/campaigns/plan"
+    (folder / "case-7").mkdir(parents=True)
+    (folder / "case-7/onboard.mcap").touch()
+    (folder / ".campaign.json.part").write_text('{"name"')
+    done = run(place)
+    assert done.exit_code == 0, done.stderr
+    assert table(place) == reference
+
+
+def test_a_file_called_like_a_flight_is_something_else(place):
+    (place / "other").mkdir()
+    (place / "other/case-7").touch()
+    done = run(place, "fly", "--out", "other")
+    assert done.exit_code == 78 and "`case-7`" in done.stderr
+
+
+@contextmanager
+def disk_calls(monkeypatch):
+    """Names of the files that are written through, and of those that get their names, in order."""
+    calls, sync, rename = [], os.fsync, os.replace
+
+    def fsync(descriptor):
+        calls.append(("sync", os.path.basename(os.readlink(f"/proc/self/fd/{descriptor}"))))
+        sync(descriptor)
+
+    def replace(old, new):
+        calls.append(("name", Path(new).name))
+        rename(old, new)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fsync", fsync)
+        patch.setattr(os, "replace", replace)
+        yield calls
+
+
+def test_the_plan_of_a_folder_is_on_the_disk_before_its_rows_and_is_written_once(place, monkeypatch):
+    plan, path = load_plan(place / "plan.toml"), place / "mine"
+    with disk_calls(monkeypatch) as calls:
+        CampaignFolder(path, plan).close()
+        about = [("sync", ".campaign.json.part"), ("name", "campaign.json"), ("sync", "mine")]
+        assert calls == [*about, ("sync", "mine")]  # once more for the name of the file of rows
+        calls.clear()
+        CampaignFolder(path, plan).close()
+        assert calls == []
+        (place / "plan.toml").write_text(PLAN.replace("cases = 8", "cases = 9"))
+        CampaignFolder(path, load_plan(place / "plan.toml")).close()
+        assert calls == about
+
+
 def test_a_scheduler_that_is_not_there_is_named(place, monkeypatch):
     monkeypatch.setattr("hil.campaign.cluster.CONNECT_S", 1)
     done = run(place, "fly", "--scheduler", "tcp://127.0.0.1:1")
@@ -223,6 +282,29 @@ def test_a_bad_plan_ends_with_its_code_and_one_line(place, text, code, said):
     (place / "plan.toml").unlink() if text is None else (place / "plan.toml").write_text(text)
     done = run(place)
     assert done.exit_code == code and said in done.stderr and len(done.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize("address", [
+    "tls://127.0.0.1:1", "tcp://127.0.0.1:xx", "tcp://127.0.0.1", "tcp://", "ucx://127.0.0.1:1", "inproc://x",
+])  # fmt: skip
+def test_what_is_no_address_of_a_scheduler_is_one_line(place, address):
+    done = run(place, "fly", "--scheduler", address)
+    assert done.exit_code == 69 and f"no scheduler at {address}: " in done.stderr and "Traceback" not in done.stderr
+
+
+def test_a_plan_below_a_file_is_no_plan(place):
+    with chdir(place):
+        done = CliRunner().invoke(app, ["campaign", "plan.toml/x.toml"])
+    assert done.exit_code == 66 and "no plan plan.toml/x.toml" in done.stderr and len(done.stderr.splitlines()) == 1
+
+
+def test_a_plan_that_may_not_be_read_is_named(place, monkeypatch):
+    def read_toml(path):
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr("hil.campaign.plan.read_toml", read_toml)
+    done = run(place)
+    assert done.exit_code == 66 and done.stderr == "hil: plan.toml: Permission denied\n"
 
 
 @contextmanager
@@ -247,6 +329,24 @@ def external_cluster(place, workers):
         process.stdin.close()
         process.wait(LIMIT_S)
         process.stdout.close()
+
+
+def test_a_scheduler_without_workers_is_waited_for(place):
+    from distributed import Client, Worker
+
+    from hil.campaign.cluster import without_workers
+
+    with external_cluster(place, 0) as address, Client(address, set_as_default=False) as client:
+        waiting = without_workers(client, every_s=0.01)
+        assert [next(waiting) for _ in range(2)] == [None, None]
+        worker = client.sync(_started, Worker, address)
+        list(waiting)  # ends
+        assert len(client.scheduler_info()["workers"]) == 1
+        client.sync(worker.close)
+
+
+async def _started(worker, address):
+    return await worker(address, nthreads=1)
 
 
 def test_a_scheduler_elsewhere_that_loses_a_worker_in_the_middle_gives_the_same_table(place, reference):

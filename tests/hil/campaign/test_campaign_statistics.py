@@ -58,6 +58,28 @@ def test_a_flight_that_the_bench_could_not_make_counts_as_a_reachable_goal_misse
     assert (found.count, found.total) == (1, 2)
 
 
+def not_flown(number, outcome="error", **more):
+    return {"case_number": number, "seed": 100 + number, "outcome": outcome, "reason": "x", "version": "v", **more}
+
+
+@pytest.mark.parametrize("nothing", [{}, {"contacts": None, "faults_raised": None}])  # of a folder, of Parquet
+def test_what_was_not_flown_has_neither_contacts_nor_faults(nothing):
+    rows = [row(1, contacts=2, faults_raised=1, **{"k": 1}), row(2, **{"k": 2}), not_flown(3, k=1, **nothing)]
+    found = {name: (of(rows).count, of(rows).total) for name, of in HEADLINES.items()}
+    assert found["a contact, of the flights"] == found["a fault raised, of the flights"] == (1, 2)
+    assert [(of.contacts.count, of.contacts.total) for of in by_class(rows, "k")] == [(1, 1), (0, 1)]
+
+
+@pytest.mark.parametrize("outcome", ["error", "aborted"])
+def test_a_contact_or_a_fault_is_not_better_if_the_later_campaign_did_not_fly(outcome):
+    old = [row(k, contacts=1, faults_raised=1) for k in range(1, 21)]
+    found = compare(old, [not_flown(k, outcome) for k in range(1, 21)])
+    for name in ("contact", "fault"):
+        assert (change_of(found, name).verdict, change_of(found, name).pairs) == ("same", 0)
+    assert change_of(found, "aborted").verdict == "worse"
+    assert FIGURES["aborted"].means == "ended by the bench, or not flown"
+
+
 def test_a_knob_of_many_numbers_has_four_classes_that_hold_every_case_once():
     rows = [row(k, **{"lidar.lost_ratio": k / 100}) for k in range(1, 21)]
     found = classes(rows, "lidar.lost_ratio")

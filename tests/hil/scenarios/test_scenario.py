@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hil.faults.injection import INJECTIONS, Injector
+from hil.faults.injection import INJECTIONS, Injector, causes
+from hil.faults.plan import Injection
 from hil.scenarios.model import Scenario, ground_of, load_scenario, scenario_of
 from hil.terrain import field_file
 from hil.terrain.field import truth_height
@@ -112,3 +113,13 @@ def test_the_ground_of_a_run_can_be_driven_on_again(tmp_path):
 def test_a_certificate_s_scenario_is_the_scenario(path):
     scenario = load_scenario(path)
     assert scenario_of(json.loads(json.dumps(asdict(scenario), default=dict))) == scenario
+
+
+@pytest.mark.parametrize(("name", "target", "allowed"), [
+    ("wheel_silent", 0, "1 to 4"), ("wheel_stuck", 5, "1 to 4"), ("can_corrupt", 0, "1 to 100"),
+    ("node_foreign", 8, "0 to 7"),
+])  # fmt: skip
+@pytest.mark.parametrize("use", [Injector, causes])
+def test_a_target_that_a_fault_cannot_have_is_named(use, name, target, allowed):
+    with pytest.raises(ConfigError, match=f"faults.target = {target} of {name}: should be {allowed}"):
+        use((Injection(name, target=target),))

@@ -70,6 +70,15 @@ def test_what_means_nothing_over_sockets_is_refused_there():
     assert done.stderr == "hil: job_late: job_late needs --quick; over sockets the bench waits for jobs\n"
 
 
+@pytest.mark.parametrize("words", [("explain",), ("run", "--quick"), ("run",)])
+def test_a_fault_with_a_target_that_it_cannot_have_is_one_line(tmp_path, words):
+    path = tmp_path / "s.toml"
+    path.write_text("seed = 1\nterrain = 'flat'\n[[faults]]\nfault = 'wheel_silent'\n")
+    done = hil(*words, str(path))
+    assert done.exit_code == 78 and len(done.stderr.splitlines()) == 1
+    assert "faults.target = 0 of wheel_silent: should be 1 to 4" in done.stderr
+
+
 def test_another_python_that_is_not_there_is_one_line():
     done = hil("run", "wheel_stuck", "--onboard-python", "/nowhere/python")
     assert done.exit_code == 66
