@@ -134,9 +134,10 @@ class Live:
         """Return one request of this process; None: unknown. One that is sent again counts as the newest."""
         renewed = self._renewed.get(request_id)
         if renewed is not None:
-            if not renewed.done() or renewed.exception() is not None:
+            known = _result(renewed)
+            if known is None:
                 return None
-            request_id = renewed.result()
+            request_id = known
         return next((row for row in self.snapshot.commands if row.request_id == request_id), None)
 
     # -- the thread -----------------------------------------------------------------------------------------
@@ -207,7 +208,7 @@ class Live:
             if request.own and not request.state.final and commands.halts(request.payload):
                 asked = request.telecommand
                 orders.append(order := Order(asked.name, asked.arguments, 0.0, request.asked_by))
-                earlier = [old for old, now in self._renewed.items() if now.done() and now.result() == request_id]
+                earlier = [old for old, now in self._renewed.items() if _result(now) == request_id]
                 self._renewed |= dict.fromkeys((*earlier, request_id), order.taken)
         self._inbox.extendleft(reversed(orders))
 
@@ -385,6 +386,11 @@ def _aged(shot: Snapshot) -> dict[str, OldValue]:
         at_ns = measured_ns(shot, name, shot.now_ns)
         found[name] = OldValue(item.value, 0 if at_ns is None else shot.utc_ns + at_ns)
     return found
+
+
+def _result(taken: Future[int]) -> int | None:
+    """Return the request id of an order that was taken; None before, or if it was refused."""
+    return taken.result() if taken.done() and taken.exception() is None else None
 
 
 def _ended_row(row: CommandRow) -> CommandRow:
