@@ -13,7 +13,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 from uuid import uuid4
 
@@ -41,11 +41,12 @@ class NoSchedulerError(RuntimeError):
 
 @dataclass(frozen=True, slots=True)
 class Ended:
-    """Case that has ended. row: None if it was lost TRIES times, for the reason `problem`."""
+    """Case that has ended. row: None if it was lost `losses` times, the last time for the reason `problem`."""
 
     number: int
     row: dict[str, Any] | None
     problem: str = ""
+    losses: int = 1
 
 
 class FlightPlugin(WorkerPlugin):
@@ -133,10 +134,10 @@ def fly_all(client: Client, plan: Plan, numbers: Sequence[int], flies: str = FLI
     """Yield the cases as they end. Raises NoSchedulerError if the scheduler goes away."""
     campaign = f"{plan.name}-{uuid4().hex[:8]}"
     client.register_plugin(FlightPlugin(campaign, plan, flies))
-    tries, numbers_of = dict.fromkeys(numbers, 1), dict[str, int]()
+    losses, numbers_of = dict.fromkeys(numbers, 0), dict[str, int]()
 
     def submitted(number: int) -> Any:
-        key = f"{campaign}-{number}-{tries[number]}"
+        key = f"{campaign}-{number}-{losses[number]}"
         numbers_of[key] = number
         return client.submit(fly_one, campaign, number, key=key, pure=False, priority=-number)
 
@@ -146,11 +147,12 @@ def fly_all(client: Client, plan: Plan, numbers: Sequence[int], flies: str = FLI
             number = numbers_of.pop(future.key)
             ended = _ended(future, number)
             future.release()
-            if ended.row is None and tries[number] < TRIES:
-                tries[number] += 1
+            if ended.row is None:
+                losses[number] += ended.losses
+            if ended.row is None and losses[number] < TRIES:
                 ending.add(submitted(number))
             else:
-                yield ended
+                yield replace(ended, losses=losses[number])
     finally:
         _forget(client, campaign)
 
@@ -166,7 +168,8 @@ def _ended(future: Any, number: int) -> Ended:
     if isinstance(error, FlightLostError):
         return Ended(number, None, str(error))
     if isinstance(error, KilledWorker):
-        return Ended(number, None, f"case {number}: {TRIES} workers were lost with it")
+        lost = error.allowed_failures + 1
+        return Ended(number, None, f"case {number}: {lost} workers were lost with it", lost)
     if error is None or future.status in ("cancelled", "lost"):
         raise NoSchedulerError("the scheduler went away")
     return Ended(number, None, f"case {number}: {type(error).__name__}: {error}")

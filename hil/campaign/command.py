@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -87,7 +88,8 @@ def campaign(
             _say(f"{known} cases are in {folder} already; {len(missing)} are missing")
             _say_versions(store)
         lost = _fly(store, read, missing, _Flying(workers or os.cpu_count() or 1, scheduler, flies)) if missing else []
-        _conclude(store, read, plan, as_json)
+        of = f"--campaign {shlex.quote(str(out))} " if out else ""
+        _conclude(store, read, f"hil case {of}{shlex.quote(plan)}", as_json)
         if lost:
             _say("\n".join(lost))
             raise fail(EX_SOFTWARE, f"{len(lost)} cases could not be flown; the same command tries them again")
@@ -99,7 +101,10 @@ def _say_versions(store: CampaignFolder) -> None:
 
     others = sorted({str(row["version"]) for row in store.rows.values()} - {sources_version()})
     if others:
-        _say(f"cases there were flown by {', '.join(others)}; this is {sources_version()}: for one version give --out")
+        _say(
+            f"The stored cases were flown by {', '.join(others)}, this is {sources_version()}. "
+            "To have one version only, use another folder (--out)."
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,8 +190,8 @@ def _opened(folder: Path, plan: Plan) -> Iterator[CampaignFolder]:
         store.close()
 
 
-def _conclude(store: CampaignFolder, plan: Plan, path: str, as_json: bool) -> None:
-    """Write table and report of the cases that are flown; show the statistics."""
+def _conclude(store: CampaignFolder, plan: Plan, command: str, as_json: bool) -> None:
+    """Write table and report of the cases that are flown; show the statistics. command: flies a case again."""
     from hil.campaign.report import page, summary
     from hil.campaign.statistics import HEADLINES, failures
     from hil.campaign.table import replace_file
@@ -195,7 +200,6 @@ def _conclude(store: CampaignFolder, plan: Plan, path: str, as_json: bool) -> No
     if not rows:
         return
     table = store.finish(plan.cases)
-    command = f"hil case {path}"
     report = store.path / "report.html"
     replace_file(report, page(plan, rows, command))
     groups = failures(rows)

@@ -63,7 +63,7 @@ class FlightProcess:
     def _started(self) -> subprocess.Popen[str]:
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "hil.campaign.flight_process", self._flies],
+            [sys.executable, "-P", "-m", "hil.campaign.flight_process", self._flies],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._errors,

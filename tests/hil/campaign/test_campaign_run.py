@@ -9,6 +9,7 @@ import subprocess
 import sys
 from contextlib import chdir, contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from typer.testing import CliRunner
@@ -153,6 +154,27 @@ def test_half_a_line_at_the_end_is_cut_off_and_its_case_flown_again(place, refer
     done = run(place)
     assert done.exit_code == 0 and "7 cases" in done.stderr
     assert table(place) == reference and len(stored(place)) == 8
+
+
+def test_a_file_in_the_present_folder_is_no_module_of_a_flight(place, reference):
+    (place / "tempfile.py").write_text("raise SystemExit('the wrong one')")
+    assert run(place).exit_code == 0 and table(place) == reference
+
+
+def test_the_commands_that_fly_a_failure_again_are_quoted_for_the_shell(place):
+    (place / "plan.toml").rename(place / "my plan.toml")
+    (place / "my plan.toml").write_text(f'name = "mine"\n{PLAN}')
+    with chdir(place):
+        words = ["campaign", "my plan.toml", "--flies", "tests.hil.campaign_flights:fly", "--out", "a b"]
+        done = CliRunner().invoke(app, words, env=surroundings(place))
+    assert done.exit_code == 0 and "`hil case --campaign 'a b' 'my plan.toml' " in done.stdout
+    assert "hil case --campaign &#x27;a b&#x27; &#x27;my plan.toml&#x27; " in (place / "a b/report.html").read_text()
+
+
+def test_cases_of_another_version_are_told(place):
+    assert run(place).exit_code == 0
+    said = run(place).stderr
+    assert "The stored cases were flown by test, this is " in said and "use another folder (--out)." in said
 
 
 def test_a_case_whose_process_is_killed_is_flown_again(place, reference):
@@ -354,3 +376,13 @@ def test_a_scheduler_elsewhere_that_loses_a_worker_in_the_middle_gives_the_same_
         done = run(place, "kills_its_worker", "--scheduler", address)
     assert done.exit_code == 0, done.stderr
     assert table(place) == reference and len(flights(place, 3)) == 2
+
+
+def test_a_case_that_dask_gives_up_counts_each_worker_that_it_took():
+    from distributed import KilledWorker
+
+    from hil.campaign.cluster import _ended
+
+    error = KilledWorker("task", None, 2)  # dask allows two failures, and gives up at the third
+    ended = _ended(SimpleNamespace(status="error", exception=lambda: error), 1)
+    assert (ended.row, ended.losses) == (None, 3) and ended.problem == "case 1: 3 workers were lost with it"
