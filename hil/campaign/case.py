@@ -147,12 +147,17 @@ def case_of(plan: Plan, number: int) -> Case:
     """Case of a plan. Raises ConfigError for values that do not go together, ValueError for a ground without field."""
     values = drawn(plan, number)
     mission = MissionKnobs(**table_of(values, "mission"))
-    seed = mission.seed or (plan.seed + number - 1)
+    seed = seed_of(plan, number, values)
     scenario = _scenario(plan, values, mission, seed)
     field = drawn_ground(GroundKnobs(**table_of(values, "ground")), seed) if mission.terrain == DRAWN else None
     field = field or ground_of(scenario).field
     field = seen_from_orbit(field, OrbitKnobs(**table_of(values, "orbit")), seed)
     return Case(number, values, scenario, field, built(table_of(values, "build"), seed), mission)
+
+
+def seed_of(plan: Plan, number: int, values: Mapping[str, Any]) -> int:
+    """Seed of a case's ground, nodes and scanner: the drawn one, else the plan's, counted on by the case."""
+    return int(values.get("mission.seed") or plan.seed + number - 1)
 
 
 def _scenario(plan: Plan, values: Mapping[str, Any], mission: MissionKnobs, seed: int) -> Scenario:
@@ -237,7 +242,7 @@ def fly(plan: Plan, number: int, folder: Path | None = None) -> dict[str, Any]:
         if folder is not None and isinstance(error, OSError):
             raise
         result = {"outcome": "error", "reason": f"{type(error).__name__}: {error}"}
-    seed = values.get("mission.seed") or plan.seed + number - 1
+    seed = seed_of(plan, number, values)
     times = {
         "wall_s": round(time.perf_counter() - begun_s, 3),
         "peak_rss_mb": round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, 1),

@@ -22,11 +22,11 @@ from importlib import import_module
 from typing import IO, Any
 
 from hil.campaign.plan import Plan, plan_of
+from hil.processes import ONE_THREAD
 
 IDLE_S = 120.0  # without an order, after which a process ends: its campaign may be gone
 RENEWED = 4  # flights before a new process replaces the old one
 FLIES = "hil.campaign.case:fly"
-_ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 _TAIL = 400
 
 
@@ -67,7 +67,7 @@ class FlightProcess:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._errors,
-            env={**os.environ, **_ONE_THREAD, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+            env={**os.environ, **ONE_THREAD, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
             text=True,
             start_new_session=True,  # Ctrl-C is for the owner
         )

@@ -90,7 +90,7 @@ class View:
         self._boot_id, self._pace = 0, Pace()
 
     def load(self, past: PastView) -> None:
-        """Show what the archive has, before the rover is heard."""
+        """Show the content of the archive until something is received from the rover."""
         self.terrain, self.terrain_ns, self._boot_id = past.terrain, past.terrain_ns, past.boot_id
         self.trail.extend(past.trail)
         self.lines.extend(past.lines)

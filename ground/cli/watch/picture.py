@@ -36,7 +36,7 @@ _SHADE = 0.65  # darkest share of a colour on the lowest ground
 
 
 class Scene(NamedTuple):
-    """What the map shows, in the map frame, m.
+    """Content of the map, in the map frame, m.
 
     terrain: newest fetched map, or None.
     rover: x, y and yaw (rad), or None.
