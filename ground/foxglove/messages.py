@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 from ground.cli.operations.show import WAY
 from ground.link.news import EventHeard, Item, News, ProductHeard
-from onboard.bringup.records.foxglove import VIEWS, ExportedChannel, of_event, of_pose
+from onboard.bringup.records.foxglove import VIEWS, ExportedChannel, of_event, of_pose, stamp
 from protocol import WireError
 from protocol.products.way import decode_way
 from protocol.tables.telemetry import TABLE
@@ -130,5 +130,4 @@ def _path(data: bytes, at_ns: int) -> Iterator[Message]:
         return
     corners = [*way.path, *((x_m, y_m, 0.0) for x_m, y_m, *_ in way.beyond)]
     poses = [_level_pose(x_m, y_m, yaw_rad, at_ns)["pose"] for x_m, y_m, yaw_rad in corners]
-    stamp = {"sec": at_ns // 1_000_000_000, "nsec": at_ns % 1_000_000_000}
-    yield Message("/path", at_ns, {"timestamp": stamp, "frame_id": "map", "poses": poses})
+    yield Message("/path", at_ns, {"timestamp": stamp(at_ns), "frame_id": "map", "poses": poses})

@@ -104,7 +104,7 @@ def of_pose(row: Value, now_ns: int) -> Iterator[tuple[str, Value]]:
     """Yield the views of a pose: x_m, y_m, z_m, roll_rad, pitch_rad, yaw_rad."""
     place = {axis: row[f"{axis}_m"] for axis in "xyz"}
     turn = _quaternion(row["roll_rad"], row["pitch_rad"], row["yaw_rad"])
-    at = {"timestamp": _stamp(now_ns)}
+    at = {"timestamp": stamp(now_ns)}
     yield "/pose", {**at, "frame_id": "map", "pose": {"position": place, "orientation": turn}}
     yield (
         "/tf",
@@ -124,7 +124,7 @@ def of_event(row: Value, now_ns: int) -> Iterator[tuple[str, Value]]:
     yield (
         "/log",
         {
-            "timestamp": _stamp(row["now_ns"]),
+            "timestamp": stamp(row["now_ns"]),
             "level": level,
             "message": row["text"],
             "name": row["name"],
@@ -154,7 +154,8 @@ _MAKERS = {
 }  # fmt: skip
 
 
-def _stamp(now_ns: int) -> Value:
+def stamp(now_ns: int) -> Value:
+    """Time as Foxglove's schemas have it."""
     return {"sec": now_ns // 1_000_000_000, "nsec": now_ns % 1_000_000_000}
 
 
