@@ -150,7 +150,7 @@ nightly: lint test test-tools test-missions test-vcan test-sanitize bench bench-
 	@if [ "$$(id -u)" = 0 ]; then $(MAKE) test-roots; else echo "without test-roots: it needs root"; fi
 	@$(MAKE) test-arm64
 
-codec: .venv/.project ## make the generated files in protocol/ anew from rover.dbc and eldorado.xml
+codec: .venv/.project ## make the generated files in protocol/ again from rover.dbc and eldorado.xml
 	@$(B)/python -m tools.make_can_codec
 	@$(B)/python -m tools.make_can_frames
 	@$(B)/python -m tools.make_dialect
@@ -159,7 +159,7 @@ codec: .venv/.project ## make the generated files in protocol/ anew from rover.d
 clients: .venv/.project ## MAVProxy for the tests of the gateway, into build/clients (29 MB to load, 124 MB on disk)
 	@$(B)/python -m pip install --quiet --disable-pip-version-check --no-deps --only-binary :all: --require-hashes --upgrade --target build/clients -r requirements-clients.lock
 
-docs: .venv/.project ## make anew the pages made from tables, the notebook page's figures and the pictures
+docs: .venv/.project ## rebuild the pages made from tables, the notebook page's figures and the pictures
 	@$(B)/python -m tools.make_docs
 	@$(B)/python -m tools.make_notebook
 	@$(B)/python -m tools.make_pictures

@@ -1,4 +1,4 @@
-"""What each extra installs: all that its modules import, nothing of the bench on a rover, and the locks' parts."""
+"""Each extra installs all that its modules import; a rover gets nothing of the bench; the locks have all parts."""
 
 import ast
 import json

@@ -13,7 +13,7 @@ TITLES = [re.findall(r"^#+ (.*)", PAGE[: PAGE.index(code)], re.MULTILINE)[-1] fo
 
 @pytest.fixture(scope="module")
 def printed():
-    """What each block printed, all in one namespace."""
+    """Output of each block, all run in one namespace."""
     return list(make_notebook.said(PAGE))
 
 

@@ -49,7 +49,7 @@ def pytest_sessionfinish() -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Begin anew; the workers start later."""
+    """Start again; the workers start later."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     if not hasattr(config, "workerinput"):
         for path in FOLDER.glob("*.jsonl"):

@@ -33,7 +33,10 @@ RULES: tuple[tuple[re.Pattern[str], Words], ...] = (
     ),
     (re.compile(r"OPERATOR: the operator says stop, safe or emergency_stop"), lambda _: "OPERATOR: stopped by command"),
     (re.compile(r"OPERATOR: the operator says (\w+)"), lambda found: f"OPERATOR: {found[1]} by command"),
-    (re.compile(r"\bup anew, boot (\d+)"), lambda found: f"the flight program has started again, boot {found[1]}"),
+    (
+        re.compile(r"\bstarted again, boot (\d+)"),
+        lambda found: f"the flight program has started again, boot {found[1]}",
+    ),
     (re.compile(r"\b1 steps\b"), lambda _: "1 step"),
 )
 

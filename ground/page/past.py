@@ -1,4 +1,4 @@
-"""What the archive has: last values, events and commands of earlier runs, the trail, and the history of an item."""
+"""Content of the archive: last values, events and commands of earlier runs, the trail, and the history of an item."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ class RunRow(NamedTuple):
 
 
 class Instant(NamedTuple):
-    """What was known at an instant.
+    """State of page and map at an instant of a past run.
 
     maps: as `maps.Maps.tree`; its `revision` is the number of the product.
     trail_m: (n, 2) x, y of the run so far.

@@ -1,4 +1,4 @@
-"""What a record tells of battery, currents, uncertainty and link: the rover's own telemetry, and frames of its bus."""
+"""Battery, currents, uncertainty and link from a record: the rover's telemetry and the frames of its bus."""
 
 from __future__ import annotations
 

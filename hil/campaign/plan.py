@@ -46,7 +46,7 @@ _NAME = re.compile(r"\w[\w.+-]{0,60}")
 
 @dataclass(frozen=True, slots=True)
 class MissionKnobs:
-    """What every case has: ground, seed, soil, limits. The mission is one `goto` to the ground's goal."""
+    """Conditions common to all cases: ground, seed, soil, limits. The mission is one `goto` to the ground's goal."""
 
     terrain: str = value("fbm", "a row of GROUNDS, or drawn: by [ground]", one_of=(*GROUNDS, DRAWN))
     seed: int = value(0, "of ground, nodes and scanner; 0: the plan's seed + case - 1", low=0, high=MOST_SEED)

@@ -173,7 +173,7 @@ def _shown(item: Any) -> str:
 
 
 def failures(rows: Iterable[Row]) -> list[ReasonGroup]:
-    """What did not arrive, or touched something: grouped by outcome and reason, the most frequent first."""
+    """Cases that did not arrive or had a contact, grouped by outcome and reason, the most frequent first."""
     groups: dict[tuple[str, str], list[Row]] = {}
     for row in rows:
         if not arrived(row):

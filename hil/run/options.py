@@ -81,7 +81,7 @@ def line(progress: Progress, wall_s: float, live: bool = False, said: str = "") 
 
 
 def _seen(progress: Progress) -> str:
-    """What the rover's body does, as the bench sees it."""
+    """Motion and contacts of the rover's body by the bench's truth."""
     if progress.sweeping:
         return "scanning"
     return "driving" if progress.driving else "turning" if progress.turning else "standing"

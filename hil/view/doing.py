@@ -1,4 +1,4 @@
-"""What the flight program of a run says that it does: mode and phase, from its record while that is written."""
+"""Mode and phase of a run's flight program, read from its record while the record is written."""
 
 from __future__ import annotations
 

@@ -288,8 +288,8 @@ class Receiver:
         announced = _announced(payload[CHUNK.size :]) if index == ANNOUNCEMENT else None
         partial = self._partials.setdefault(object_id, _Partial(object_id, now_ns))
         partial.heard_ns, partial.fresh = now_ns, True
-        anew = announced is not None or partial.recalled or serial + 4096 < partial.echo
-        partial.echo = serial if anew else max(partial.echo, serial)
+        restarted = announced is not None or partial.recalled or serial + 4096 < partial.echo
+        partial.echo = serial if restarted else max(partial.echo, serial)
         partial.recalled = False
         product = self._enter(partial, payload, announced)
         if announced and not partial.complete:

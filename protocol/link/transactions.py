@@ -166,7 +166,7 @@ class Requester:
         for request_id, request in list(self._open.items()):
             if not request.sent or request.telecommand.name in commands.HALTING:
                 continue
-            state, code, text = RequestState.COMPLETED, Code.NONE, f"up anew, boot {boot_id}"
+            state, code, text = RequestState.COMPLETED, Code.NONE, f"started again, boot {boot_id}"
             if request.telecommand.name != "reboot":
                 heard = request.state.name.lower()
                 state, code = RequestState.FAILED, Code.RESTARTED

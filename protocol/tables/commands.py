@@ -158,7 +158,7 @@ TABLE = (
     Command(13, "map_clear", (), (Mode.STANDBY,), "forget the rover's own map, on its disk too"),
     Command(14, "faults_list", (), _ALL, "report which faults are active and which rows are masked", free=True),
     Command(
-        15, "faults_clear", (_FAULT,), _STANDS, "end a row's mask, and judge anew what was found of it", "ENCODER_BAD"
+        15, "faults_clear", (_FAULT,), _STANDS, "end the mask of a row and check its condition again", "ENCODER_BAD"
     ),
     Command(
         16,

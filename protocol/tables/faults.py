@@ -16,10 +16,10 @@ class ResponseStep(Enum):
 
     STOP = "zero wheel rates while the fault lasts"
     DISCARD_SWEEP = "no sweep runs while it lasts; one that ran is scanned again, at most 3 times, then mode SAFE"
-    ESTIMATE_ANEW = "what was known of the clock or the bias is learned anew; no order is timed by it"
-    BACK_OFF = "the way is ended: back 0.3 m as it was driven, scan, plan anew; SAFE after so many tries in a mission"
-    LOOK = "the way is ended: scan where the rover stands, register, plan anew; SAFE if the fault outlasts that"
-    RESCAN = "the way is ended where the rover stands: scan, plan anew"
+    ESTIMATE_ANEW = "what was known of the clock or the bias is learned again; no order is timed by it"
+    BACK_OFF = "the way is ended: back 0.3 m as it was driven, scan, plan again; SAFE after so many tries in a mission"
+    LOOK = "the way is ended: scan where the rover stands, register, plan again; SAFE if the fault outlasts that"
+    RESCAN = "the way is ended where the rover stands: scan, plan again"
     SLOW = "half the speed while the fault lasts"
     DEGRADE = "on without what is broken, if safety.degraded_drive and no second wheel is; else mode SAFE, latched"
     SAFE = "mode SAFE, latched until resume"
@@ -306,7 +306,7 @@ FAULTS = (
     Fault(
         44,
         "LIDAR_CLOCK",
-        "the scanner's counter jumps or begins anew; told for a second",
+        "the scanner's counter jumps or starts again; reported for a second",
         0.1,
         (ResponseStep.ESTIMATE_ANEW, ResponseStep.DISCARD_SWEEP, ResponseStep.REPORT),
         latched=False,

@@ -150,7 +150,7 @@ EVENTS = (
     EventRow("FENCE", "info", "a fence was added or cleared, or those kept cannot be read"),
     EventRow("PARAMETER", "info", "a parameter was changed, or one that was kept is not taken"),
     EventRow("STATE", "warning", "what outlives the program cannot be kept, is kept again, or was found at the start"),
-    EventRow("REBOOT", "warning", "the flight program ends and comes up anew"),
+    EventRow("REBOOT", "warning", "the flight program ends and starts again"),
     EventRow("CAN", "warning", "what the CAN port or its controller says of itself has changed"),
     EventRow("LEASE", "info", "the control lease: who holds it now, or asks for it"),
     EventRow("KEYS", "info", "another key epoch is in force"),

@@ -17,7 +17,7 @@ FLAGS = ("-std=gnu++17", "-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-tr
 
 
 def lines(folder: Path, compiler: str, flags: Sequence[str] = FLAGS, runner: Sequence[str] = ()) -> list[str]:
-    """What the program prints when this compiler made it. Raises CalledProcessError."""
+    """Output of the program built by this compiler. Raises CalledProcessError."""
     program = folder / f"same_bits_{compiler}"
     subprocess.run([compiler, *flags, SOURCE, "-o", program], cwd=ROOT, check=True)
     return subprocess.run([*runner, program], check=True, capture_output=True, text=True).stdout.splitlines()

@@ -1,4 +1,4 @@
-"""What the two drives left: the same bits, and each record replays on both processors."""
+"""The two drives give the same bits, and each record replays on both processors."""
 
 import json
 import os

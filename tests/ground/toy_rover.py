@@ -58,7 +58,7 @@ class ToyRover:
         self.deliver(opened, now_ns)
 
     def deliver(self, opened, now_ns: int) -> None:
-        """What the real rover's core sees: an accepted LinkMessage or Opened."""
+        """Input of the real rover's core: an accepted LinkMessage or Opened."""
         if opened.kind == DatagramKind.TELECOMMAND:
             order = self._executor.receive(opened.station, opened.payload, now_ns, Mode.STANDBY)
             if order is not None:

@@ -80,7 +80,7 @@ class World:
 
     @cached_property
     def rays(self) -> Caster:
-        """What beams meet."""
+        """Surface that beams hit."""
         return self.caster or HeightField(self.grid, self.heights_m)
 
     def height_m(self, x_m: F64, y_m: F64) -> F64:

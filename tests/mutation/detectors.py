@@ -44,7 +44,7 @@ def without_scenario(row: str, name: str) -> str:
 
 
 def without_campaign(row: str, of: str, seed: int) -> str:
-    """What a campaign's judge says of the row, of one flight without the row's monitor; "" where nothing."""
+    """Verdict of a campaign's judge on one flight without the row's monitor; "" if it finds nothing."""
     _disable(row)
     campaign = CAMPAIGNS[of]
     return next((text for text in campaign.judge([campaign.fly(seed)]) if row in text), "")

@@ -46,7 +46,7 @@ class Trial:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of a trial. by: what killed it, or why it is broken."""
+    """Result of a trial. by: what killed it, or why it is broken."""
 
     name: str
     end: End

@@ -1,4 +1,4 @@
-"""What the page draws, in a real Chromium: the ellipse of the place, the wheels, the layer of deviations.
+"""Drawings of the page in a real Chromium: the ellipse of the place, the wheels, the layer of deviations.
 
 The toy rover says 1 sigma of 0.4 m and 0.1 m, the long axis at 30 degrees; its wheels steer half of what is ordered.
 """

@@ -57,7 +57,7 @@ def a_map(cells: int = 120) -> bytes:
 
 
 class Air:
-    """The link and the rover beyond it, on the wall clock. Delays in s; the rover boots anew with each process."""
+    """The link and the rover beyond it, on the wall clock. Delays in s; each process is a new boot of the rover."""
 
     def __init__(self, one_way_s: float, boot_id: int) -> None:
         self.one_way_ns, self.boot_id = round(one_way_s * 1e9), boot_id
@@ -110,7 +110,7 @@ class Air:
 
 
 class ToyEnd:
-    """What Station needs of a link's end."""
+    """Link end that Station uses."""
 
     sends_unasked = False
 

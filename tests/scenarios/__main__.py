@@ -41,7 +41,7 @@ def main(
     short: Annotated[bool, typer.Option("--short", help="The seeds that CI flies.")] = False,
     rest: Annotated[int, typer.Option(min=-1, max=2, help="This third, 0 to 2, of those that CI does not fly.")] = -1,
     workers: Annotated[int, typer.Option(min=1, help="Processes.")] = os.cpu_count() or 1,
-    out: Annotated[Path, typer.Option(help="Folder for NAME.json, written anew after each flight.")] = OUT,
+    out: Annotated[Path, typer.Option(help="Folder for NAME.json, rewritten after each flight.")] = OUT,
     docs: Annotated[bool, typer.Option("--docs", help="Write the summaries into docs/, of whole campaigns.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Rows as JSON in place of the tables.")] = False,
 ) -> None:

@@ -1,4 +1,4 @@
-"""What `make test-vcan` needs of the machine, as a table: program -> Debian package."""
+"""Programs that `make test-vcan` needs: program -> Debian package."""
 
 from __future__ import annotations
 

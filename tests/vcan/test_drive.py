@@ -1,4 +1,4 @@
-"""What the drive over vcan0 left: the same bits as over the bench's hub, and all of it in a standard tool's log."""
+"""The drive over vcan0 gives the same bits as over the bench's hub, and all of it is in a standard tool's log."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""What to do about a refusal: the commands that lead from the rover's mode to one that takes the refused command."""
+"""Advice for a refused command: the commands that lead from the rover's mode to one that accepts it."""
 
 from __future__ import annotations
 

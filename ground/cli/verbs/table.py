@@ -41,7 +41,7 @@ FAMILY_HELP = {
 }  # fmt: skip
 ASKS = {
     "map_clear": "the rover forgets its own map, on its disk too",
-    "reboot": "the flight program ends and comes up anew; what was not saved is lost",
+    "reboot": "the flight program ends and starts again; what was not saved is lost",
     "fence_clear": "all fences go out of force",
     "sequence_clear": "the rover forgets the sequence",
 }  # what is lost; --yes skips the question

@@ -131,7 +131,7 @@ def _real(profile: str) -> LidarErrors:
 IDEAL, REAL = plain("ideal"), _real("utm-30lx")
 SETS: Mapping[str, LidarErrors] = {"ideal": IDEAL, "utm-30lx": REAL, "utm-30lx-ew": _real("utm-30lx-ew")}
 DEFAULT = REAL
-"""What flies where neither scenario nor command line say otherwise."""
+"""Scanner of a run if neither scenario nor command line names one."""
 
 
 def lidar_errors(tree: Mapping[str, Any], where: str, base: LidarErrors | None = None) -> LidarErrors:

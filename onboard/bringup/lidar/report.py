@@ -171,7 +171,7 @@ CHECKS: tuple[tuple[str, Callable[[Report], str], str], ...] = (
     ("state", _count("unhealthy"), "the sensor says of itself: {stat}"),
     ("replies", _count("timeouts", "disagree"), "{found} were late, or two readings of one differed: bytes are lost"),
 )  # fmt: skip
-"""What may be wrong, how it shows (text where it does), and its likely cause."""
+"""Possible defects: condition, text where it holds, likely cause."""
 
 
 def findings(report: Report) -> list[tuple[str, str]]:

@@ -60,7 +60,7 @@ class Masks:
         if name in self._until_ns:
             self._end(name, ctx.now_ns, f"ended by station {order.station}")
         ctx.judge_anew.append(name)
-        self._downlink.report(order.request_id, RequestState.COMPLETED, f"{name}: not masked, judged anew")
+        self._downlink.report(order.request_id, RequestState.COMPLETED, f"{name}: no longer masked, checked again")
 
     def _end(self, name: str, now_ns: int, why: str) -> None:
         del self._until_ns[name]

@@ -1,4 +1,4 @@
-"""What `ground get` writes: files that other tools open, with the numbers that were sent."""
+"""`ground get` writes files that other tools open, with the numbers that were sent."""
 
 import json
 import math

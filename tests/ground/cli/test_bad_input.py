@@ -1,4 +1,4 @@
-"""What a station may meet that is wrong: each is one clear line, nothing that was heard is lost, a stop goes out."""
+"""Bad input of a station: each gives one clear line, no received data is lost, a stop is still sent."""
 
 import sqlite3
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""What ground programs see of the rover through the gateway, and what their commands become."""
+"""The gateway shows the rover to ground programs and turns their commands into the rover's."""
 
 import math
 from functools import partial

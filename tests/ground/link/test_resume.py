@@ -1,4 +1,4 @@
-"""A product goes on where it was, whichever program was started anew in the middle of it."""
+"""A product goes on where it was, whichever program was restarted in the middle of it."""
 
 import sqlite3
 
@@ -17,7 +17,7 @@ DAY_NS = 86_400 * S
 
 
 class Restarted(World):
-    """What the session takes is kept as the archive keeps it; chunks on the line are counted."""
+    """Store the session's data as the archive does, and count the chunks on the line."""
 
     def __init__(self, profile, archive=None):
         super().__init__(profile)

@@ -1,4 +1,4 @@
-"""What was to move the rover and was not heard of is sent no more once the same station has asked it to halt."""
+"""A command that moves the rover and has no answer yet is not repeated after the same station sent a stop."""
 
 import pytest
 

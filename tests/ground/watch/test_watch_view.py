@@ -22,7 +22,7 @@ _LIMIT_S = 300.0
 
 
 def lines(app, size):
-    """What the screen shows, line by line."""
+    """Lines of the screen."""
     strips = app.screen._compositor.render_strips()
     return ["".join(segment.text for segment in strips[row]) for row in range(size[1])]
 

@@ -111,7 +111,7 @@ def test_kill_9_in_mid_drive_stops_the_wheels_and_the_next_start_stands_knows_it
     assert max(rate for t, rate in rates if killed - 1.0 < t < killed) > 0.5
     # the nodes' own timeout: 0.1 s without a command, then down by 1 rad/s2 from 1.1 rad/s
     assert max(rate for t, rate in rates if killed + 0.1 + 1.3 < t < started + 10.0) < 0.02
-    told = list(events(tmp_path))  # of the second start, whose clock begins anew
+    told = list(events(tmp_path))  # of the second start, whose clock starts again at 0
     assert next(text for _, name, text in told if name == "MODE").startswith("STANDBY -> AUTONOMOUS")
     at_s, name, text = told[0]
     x_m, y_m = map(float, text.split(": ")[1].split(",")[0].split())

@@ -187,7 +187,7 @@ def test_the_hub_brings_the_controllers_state_through_the_client():
         assert port.status.error == ""
 
 
-# -- opening anew ------------------------------------------------------------------------------------------------
+# -- opening again -----------------------------------------------------------------------------------------------
 
 
 class OpenHub:

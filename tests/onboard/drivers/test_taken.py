@@ -19,7 +19,7 @@ UNIT = Path(__file__).parents[3] / "tools" / "service" / "el-dorado.service"
 
 
 def restarts_after(code: int) -> bool:
-    """Whether the unit starts the program anew after this exit code."""
+    """Whether the unit starts the program again after this exit code."""
     rows = dict(line.split("=", 1) for line in UNIT.read_text().splitlines() if "=" in line and line[0] != "#")
     for_ever = rows["Restart"] == "on-failure" and rows["StartLimitIntervalSec"] == "0"
     return for_ever and str(code) not in rows["RestartPreventExitStatus"].split()

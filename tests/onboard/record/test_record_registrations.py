@@ -1,4 +1,4 @@
-"""A registration is an input of the core: recorded, made anew by a replay, compared, and taken from the record."""
+"""A registration is an input of the core: recorded, computed again by a replay, compared, and taken from the record."""
 
 import math
 from dataclasses import replace

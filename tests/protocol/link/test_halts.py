@@ -1,4 +1,4 @@
-"""What was asked before a stop and arrives after it lets nothing move: in any order of delivery, by any of the ways."""
+"""A command sent before a stop and received after it moves nothing, in any order of delivery, by any path."""
 
 import itertools
 

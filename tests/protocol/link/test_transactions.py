@@ -267,7 +267,7 @@ def test_a_reboot_is_known_to_be_done_by_the_new_boot_and_is_not_asked_again():
     ground.request("stop", {}, 0)
     assert len(ground.send(0)) == 2
     (told,) = ground.rover_booted(7, 3 * S)
-    assert (told.request_id, told.state, told.text) == (1, RequestState.COMPLETED, "up anew, boot 7")
+    assert (told.request_id, told.state, told.text) == (1, RequestState.COMPLETED, "started again, boot 7")
     assert ground.requests[1].state is RequestState.COMPLETED and ground.requests[2].state is RequestState.REQUESTED
     assert len(ground.send(60 * S)) == 1
 

@@ -1,4 +1,4 @@
-"""What the codecs share: sizes are known before anything is allocated, predictions are undone exactly."""
+"""Rules common to all codecs: sizes are known before anything is allocated, predictions are undone exactly."""
 
 import numpy as np
 import pytest

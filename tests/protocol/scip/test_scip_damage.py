@@ -1,4 +1,4 @@
-"""What damage does: an undamaged scan comes out once, a damaged one only if it satisfies every check of SCIP."""
+"""Damage on the line: an undamaged scan comes out once, a damaged one only if it satisfies every check of SCIP."""
 
 from __future__ import annotations
 

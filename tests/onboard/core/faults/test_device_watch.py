@@ -133,7 +133,7 @@ def test_utc_jumps_where_it_leaves_the_onboard_time_by_over_half_a_second(step_n
     watch, utc_ns = UtcWatch(), 1_800_000_000 * S_NS
     for tick in range(1000):
         now_ns = tick * TICK_NS
-        read_ns = utc_ns + now_ns // S_NS * S_NS  # read anew once a second
+        read_ns = utc_ns + now_ns // S_NS * S_NS  # read again once a second
         watch.update(read_ns + (step_ns if tick >= 500 else 0) if tick >= 100 else 0, now_ns)
     assert watch.jumps == jumps
     assert watch.last_ns == (step_ns if jumps else 0)
