@@ -72,7 +72,7 @@ def every_mutant() -> Iterator[Trial]:
 
 
 def faults(outcomes: Sequence[Outcome]) -> Iterator[str]:
-    """Errors of a campaign: a survivor, an equivalent one that is killed, tests red without a mutant, a broken trial."""
+    """Errors: a survivor, an equivalent one that is killed, tests red without a mutant, a broken trial."""
     for outcome in outcomes:
         lives = outcome.name in EQUIVALENT or outcome.name.endswith(" as it is")
         if outcome.end is End.BROKEN:
