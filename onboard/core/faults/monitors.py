@@ -1,4 +1,4 @@
-"""Fault monitors: one small function for each row of protocol.tables.faults, and the set of active faults."""
+"""Fault monitors: one small function for each row of protocol.tables.faults says whether the fault is raised."""
 
 from __future__ import annotations
 

@@ -146,6 +146,7 @@ class Executive:
     # -- faults ------------------------------------------------------------------------------------------------
 
     def _answer(self, faults: tuple[str, ...], ctx: Context) -> None:
+        """Raise each fault that is new, and execute its row's response; report the faults that have ended."""
         over = over_limit(ctx.nodes, ctx.used_up, faults)
         if ctx.nodes.bus.news:
             self._tell("CAN", ctx, ctx.nodes.bus.news)
