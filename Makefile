@@ -25,7 +25,7 @@ ONE_THREAD := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 FAST = $(ONE_THREAD) $(B)/python -m pytest -n 2 --dist worksteal --hypothesis-profile $(LAWS) --ignore tests/house \
 	-m "not campaign and not mission and not tool"
 ARM64_TESTS := $(if $(SHORT),$(addprefix tests/onboard/native/test_,elementary.py linear.py kernels.py scip_kernel.py), \
-	$(KERNEL_TESTS) $(addprefix tests/protocol/,can/test_can.py link/test_link.py products/test_packing.py scip/test_scip.py products/test_space_packets.py link/test_transactions.py) \
+	$(KERNEL_TESTS) $(addprefix tests/protocol/,link/test_link.py products/test_packing.py scip/test_scip.py products/test_space_packets.py link/test_transactions.py) \
 	$(addprefix tests/onboard/,perception/test_cloud.py motion/test_kinematics.py planning/test_poses.py record/test_record_replay.py perception/pose/test_registration.py))
 
 .venv/.packages: requirements.lock tools/check_system.sh

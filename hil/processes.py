@@ -53,13 +53,15 @@ class Processes:
     ) -> None:
         """Run `python -m module arguments`; its output goes to FOLDER/name.log.
 
-        python: another interpreter than this one, which may be of another processor.
+        python: another interpreter than this one, which may be of another processor; it runs its own installation, not
+            the sources of the current folder.
         """
         log = (self._folder / f"{name}.log").open("ab" if name in self._started else "wb")
         self._started[name] = module, arguments, variables, python
+        interpreter = [python, "-P"] if python else [sys.executable]
         with log:
             self._children[name] = subprocess.Popen(
-                [python or sys.executable, "-m", module, *arguments],
+                [*interpreter, "-m", module, *arguments],
                 stdout=log,
                 stderr=subprocess.STDOUT,
                 stdin=subprocess.DEVNULL,

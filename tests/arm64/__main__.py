@@ -67,9 +67,10 @@ def packages(emulated: Emulated) -> None:
 
 
 def suite(emulated: Emulated, files: Sequence[str]) -> int:
-    """The exit code of pytest under emulation, in a tree that has the tests and not the sources."""
+    """The exit code of pytest under emulation, in a tree that has the tests, their tools, and not the sources."""
     shutil.rmtree(TREE, ignore_errors=True)
-    shutil.copytree(ROOT / "tests", TREE / "tests", ignore=shutil.ignore_patterns("__pycache__"))
+    for folder in ("tests", "tools"):
+        shutil.copytree(ROOT / folder, TREE / folder, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy2(ROOT / "pyproject.toml", TREE)
     command = [emulated.python, "-m", "pytest", "-v", "--tb=short", "--color=no", *files]
     return subprocess.run(command, cwd=TREE, env={**os.environ, **PLAIN_PYTEST}, check=False).returncode
@@ -95,21 +96,22 @@ def arithmetic() -> int:
 
 
 def run(files: Sequence[str]) -> int:
-    """All parts; the exit code of the first that failed."""
+    """All parts, also after one that failed; the exit code of the first that did."""
     emulated = python()
     packages(emulated)
     shutil.rmtree(WORK, ignore_errors=True)
     WORK.mkdir()
-    code = 0
+    codes = list[int]()
     if files:
         with timed(f"{len(files)} files of tests under emulation"):
-            code = suite(emulated, files)
+            codes.append(suite(emulated, files))
     with timed("drive, all of it here"):
-        code = code or drive(WORK / "here")
+        codes.append(drive(WORK / "here"))
     with timed("drive, the flight program under emulation"):
-        code = code or drive(WORK / "there", str(emulated.python))
+        codes.append(drive(WORK / "there", str(emulated.python)))
     with timed("comparison and replays"):
-        return code or compare()
+        codes.append(compare())
+    return next((code for code in codes if code), 0)
 
 
 def main() -> int:
