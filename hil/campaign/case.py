@@ -104,6 +104,9 @@ COLUMNS = (
     Column("max_tilt_deg", "double", "largest angle of the body from the vertical"),
     Column("contacts", "integer", "of wheels with rocks over 0.08 m, of the body with anything"),
     Column("first_contact", "varchar", "time, parts, place"),
+    Column(
+        "in_obstacle", "boolean", "a wheel came over a trench or step that was put into the ground; empty without one"
+    ),
     Column("faults", "varchar", "raised by the flight program, with their times"),
     Column("faults_raised", "integer", "their number"),
     Column("injected", "varchar", "injections, with their times"),
@@ -256,7 +259,7 @@ def _flown(case: Case, folder: Path | None) -> dict[str, Any]:
     step_ns = round(case.mission.step_s * 1e9)
     bench = InMemory(case.scenario, orders, ground=case.field, step_ns=step_ns, built=case.built, **files)
     assert bench.rover is not None, "no fault is injected before the first tick"
-    config, watch = bench.rover.config, Watch()
+    config, watch = bench.rover.config, Watch(bench.obstacles)
     flight = bench.run(watch)
     way = true_way(true_surface(case.field), case.field.start, case.field.goal_m, config)
     return {**_ground_figures(case.field, way), **figures(flight, watch, way.way_m)}
@@ -309,6 +312,7 @@ def figures(flight: Flight, watch: Watch, optimum_m: float) -> dict[str, Any]:
         "max_tilt_deg": math.degrees(watch.max_tilt_rad),
         "contacts": len(flight.contacts),
         "first_contact": line(flight.contacts[0]) if flight.contacts else "",
+        "in_obstacle": watch.in_obstacle,
         "faults": _timed(faults),
         "faults_raised": len(faults),
         "injected": _timed(injected),

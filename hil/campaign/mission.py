@@ -6,6 +6,7 @@ The bench has no ground beyond its fields: a look over an edge sees nothing, and
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain
 
@@ -15,9 +16,11 @@ from hil.records import PlantState
 from hil.run.in_process import CAMPAIGN_STEP_NS, GOTO_S, InMemory, Rover
 from hil.scenarios.model import Scenario, ground_of
 from hil.terrain.field import Field
+from hil.terrain.obstacle import Obstacle
 from hil.world.operator import TimedCommand
+from onboard import config
 from onboard.records import F64, Grid, Inputs, Outputs
-from protocol.conventions import wrap_rad
+from protocol.conventions import WHEEL_SIGNS, wrap_rad
 from protocol.link.transactions import RequestState
 from protocol.tables.modes import Phase
 
@@ -105,9 +108,14 @@ class Watch:
     last: estimate at most half a second ago
     stops: estimates at the end of each sweep, before the map is used to improve them
     jobs: jobs started so far
+    in_obstacle: True once a wheel's rim came over an obstacle; None while there is none
+
+    obstacles: put into the ground so far; the bench adds to it
     """
 
-    def __init__(self) -> None:
+    def __init__(self, obstacles: Sequence[Obstacle] = ()) -> None:
+        self._obstacles = obstacles
+        self.in_obstacle: bool | None = None
         self.error_m = self.max_error_m = 0.0
         self.heading_rad = self.max_heading_rad = self.max_tilt_rad = 0.0
         self.last = Estimate(np.zeros(3), np.zeros((3, 3)))
@@ -123,6 +131,11 @@ class Watch:
         self.heading_rad = abs(wrap_rad(pose.yaw_rad - math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))))
         self.max_tilt_rad = max(self.max_tilt_rad, math.acos(max(-1.0, min(1.0, 1 - 2 * (x * x + y * y)))))
         self.jobs += len(outputs.jobs)
+        if self._obstacles and not self.in_obstacle:
+            drawing = rover.config.rover
+            x_m, y_m = wheels(state, drawing)
+            holds = (each.holds(x_m, y_m, drawing.wheel_radius_m) for each in self._obstacles)
+            self.in_obstacle = any(bool(held.any()) for held in holds)
         if tick % _TICKS == 0:
             self.last = estimate_of(rover, state)
         phase, was, self._phase = rover.executive.phase, self._phase, rover.executive.phase
@@ -141,3 +154,12 @@ def estimate_of(rover: Rover, state: PlantState) -> Estimate:
     true_x, true_y = state.position_m[:2].tolist()
     error = np.array([pose.x_m - true_x, pose.y_m - true_y, wrap_rad(pose.yaw_rad - true_yaw)])
     return Estimate(error, rover.localisation.estimate.covariance[np.ix_(_PLACE_AND_YAW, _PLACE_AND_YAW)])
+
+
+def wheels(state: PlantState, rover: config.Rover) -> tuple[F64, F64]:
+    """True places of the four wheels: x (4,), y (4,), m, map frame."""
+    x, y, z, w = state.quaternion_xyzw
+    yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    along, across = (np.array(WHEEL_SIGNS) * (rover.half_wheelbase_m, rover.half_track_m)).T
+    c, s = math.cos(yaw), math.sin(yaw)
+    return state.position_m[0] + c * along - s * across, state.position_m[1] + s * along + c * across

@@ -14,70 +14,24 @@ position: nearer obstacles are the task of the scan. Nothing heals it.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
 
 from hil.own_functions import generator
 from hil.plant.turns import rotate
-from hil.terrain.field import Field
+from hil.terrain.obstacle import ACROSS_M, Obstacle, ObstacleShape
 from hil.world.world import World
 from onboard.native import each, elementary
-from onboard.records import F32, F64, Bool
+from onboard.records import F64
 
-ACROSS_M = 2.0
 NEAREST_M, FARTHEST_M, BEFORE_END_M = 2.5, 7.0, 0.5
-
-
-@dataclass(frozen=True, slots=True)
-class ObstacleShape:
-    """Shape of an obstacle.
-
-    rise_m: change of the height
-    along_m: length along the route
-    """
-
-    rise_m: float
-    along_m: float
 
 
 KINDS: Mapping[str, ObstacleShape] = MappingProxyType(
     {"trench": ObstacleShape(-0.12, 0.30), "step": ObstacleShape(0.10, 0.60)}
 )
 SINKS, SINKS_ASIDE_M = ObstacleShape(-0.15, 2.40), 0.05
-
-
-@dataclass(frozen=True, slots=True)
-class Obstacle:
-    """Obstacle of one of KINDS.
-
-    x_m, y_m: middle of its near edge
-    yaw_rad: direction of the route that crosses it
-    """
-
-    kind: ObstacleShape
-    x_m: float
-    y_m: float
-    yaw_rad: float
-
-    def holds(self, x_m: F64, y_m: F64, margin_m: float = 0.0) -> Bool:
-        """True for each point on the obstacle, or within a margin of it."""
-        along = self.along_m(x_m, y_m)
-        across = elementary.cos(self.yaw_rad) * (y_m - self.y_m) - elementary.sin(self.yaw_rad) * (x_m - self.x_m)
-        within: Bool = (along >= -margin_m) & (along <= self.kind.along_m + margin_m)
-        return within & (np.abs(across) <= ACROSS_M / 2 + margin_m)
-
-    def along_m(self, x_m: F64, y_m: F64) -> F64:
-        """Distance of points beyond the near edge, along the route."""
-        return elementary.cos(self.yaw_rad) * (x_m - self.x_m) + elementary.sin(self.yaw_rad) * (y_m - self.y_m)
-
-    def dug(self, field: Field) -> F32:
-        """Field's soil heights with the obstacle, (rows, columns)."""
-        grid = field.grid
-        x = grid.x0_m + np.arange(grid.columns) * grid.cell_m
-        y = grid.y0_m + np.arange(grid.rows) * grid.cell_m
-        return field.soil_z + np.float32(self.kind.rise_m) * self.holds(x[None, :], y[:, None])
 
 
 def across(kind: ObstacleShape, way_m: F64, seed: int) -> Obstacle | None:
@@ -96,6 +50,11 @@ def across(kind: ObstacleShape, way_m: F64, seed: int) -> Obstacle | None:
 
 def put(bench: World, obstacle: Obstacle) -> None:
     """Put an obstacle into the ground of a running bench."""
+    bench.obstacles.append(obstacle)
+    _change(bench, obstacle)
+
+
+def _change(bench: World, obstacle: Obstacle) -> None:
     before = bench.plant.field
     bench.plant.reshape(obstacle.dug(before))
     bench.truth.add_ground(bench.state.now_ns, before, bench.plant.field)
@@ -117,4 +76,4 @@ def collapse(bench: World, _processes: object, _target: int) -> None:
     q, (x, y, _) = tuple(bench.state.quaternion_xyzw.tolist()), bench.state.position_m.tolist()
     behind_x, behind_y, _ = rotate(q, (-SINKS.along_m / 2, SINKS_ASIDE_M + ACROSS_M / 2, 0.0))
     ahead_x, ahead_y, _ = rotate(q, (1.0, 0.0, 0.0))
-    put(bench, Obstacle(SINKS, x + behind_x, y + behind_y, elementary.atan2(ahead_y, ahead_x)))
+    _change(bench, Obstacle(SINKS, x + behind_x, y + behind_y, elementary.atan2(ahead_y, ahead_x)))

@@ -28,6 +28,7 @@ from hil.devices.lidar.sensor import Lidar
 from hil.plant.plant import STEP_NS, Plant
 from hil.records import PlantState, TrueTurn
 from hil.terrain.field import Field
+from hil.terrain.obstacle import Obstacle
 from hil.world.computer import Computer
 from hil.world.contacts import Contact
 from hil.world.disk import Disk
@@ -118,6 +119,7 @@ class World:
         self.streams = {name: Stream() for name in STREAMS}
         self.trace = Trace((*STREAMS, "can_stamps", "can_controller", "computer", "disk", "ground", "plant"))
         self.progress = Progress()
+        self.obstacles: list[Obstacle] = []  # trenches and steps put into the ground during the run
         self.tick = 0
         self.state: PlantState = self.plant.reset(ground.start)
         self.start = self.state.pose  # pose after settling; the flight program's configured start

@@ -12,19 +12,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hil.campaign.mission import LIMIT_S
+from hil.campaign.mission import LIMIT_S, wheels
 from hil.faults import ground_faults
-from hil.faults.ground_faults import KINDS, Obstacle
+from hil.faults.ground_faults import KINDS
 from hil.plant.plant import PlantAbortError
 from hil.records import PlantState
 from hil.run.in_process import CAMPAIGN_STEP_NS, InMemory
 from hil.scenarios.model import Scenario
 from hil.terrain.field import Field, height_at
+from hil.terrain.obstacle import Obstacle
 from hil.terrain.recipe import Course, Recipe, compose
-from onboard import config
 from onboard.core.rover import Rover
 from onboard.records import F64, Inputs, Outputs
-from protocol.conventions import WHEEL_SIGNS
 from protocol.tables.modes import Phase
 
 TRENCHES, STEPS, NOMINAL = range(1, 21), range(21, 41), range(41, 51)
@@ -132,15 +131,6 @@ def rolling(seed: int) -> Field:
     """Return gently rolling ground without rocks, the goal 8 m ahead."""
     field = compose(Recipe(0.8, median_slope_deg=SLOPE_DEG), Course(), np.random.default_rng([seed, 22]), seed)
     return replace(field, goal_m=GOAL_M)
-
-
-def wheels(state: PlantState, rover: config.Rover) -> tuple[F64, F64]:
-    """Return (x, y) of the four wheels' true places."""
-    x, y, z, w = state.quaternion_xyzw
-    yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    along, across = (np.array(WHEEL_SIGNS) * (rover.half_wheelbase_m, rover.half_track_m)).T
-    c, s = math.cos(yaw), math.sin(yaw)
-    return state.position_m[0] + c * along - s * across, state.position_m[1] + s * along + c * across
 
 
 def _nominal(seed: int) -> Row:

@@ -16,7 +16,10 @@ from hil.campaign.case import COLUMNS, OUTCOMES, fly, reason_class, verdict
 from hil.campaign.mission import Estimate, Watch
 from hil.campaign.plan import plan_of
 from hil.campaign.table import TIMES
+from hil.faults.ground_faults import KINDS
+from hil.terrain.obstacle import Obstacle
 from hil.view.folder import Folder
+from onboard.config import Rover as RoverConfig
 from protocol.link.reports import RequestState
 from protocol.tables.modes import Phase
 
@@ -188,3 +191,17 @@ def test_an_observer_keeps_the_largest_errors_of_the_mission_the_tilt_and_the_st
     assert watch.max_error_m == pytest.approx(0.2) and watch.error_m == pytest.approx(0.1)
     assert watch.max_heading_rad == pytest.approx(0.02) and watch.max_tilt_rad == pytest.approx(0.5)
     assert [stop.error[0] for stop in watch.stops] == [pytest.approx(0.2)] and watch.jobs == 10
+
+
+@pytest.mark.parametrize(("x_m", "inside"), [(0.0, False), (0.4, False), (0.7, True), (1.3, True)])
+def test_an_observer_notes_a_wheel_over_an_obstacle_and_has_no_word_without_one(x_m, inside):
+    obstacles, outputs = [], SimpleNamespace(jobs=())
+    watch = Watch(obstacles)
+    rover, state = seen(Phase.DRIVING, x_m, x_m)
+    rover.config = SimpleNamespace(rover=RoverConfig())
+    watch(1, None, outputs, rover, state)
+    assert watch.in_obstacle is None
+    reach_m = RoverConfig().half_wheelbase_m + RoverConfig().wheel_radius_m
+    obstacles.append(Obstacle(KINDS["trench"], 0.45 + reach_m, 0.0, 0.0))
+    watch(2, None, outputs, rover, state)
+    assert watch.in_obstacle is inside

@@ -17,7 +17,7 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from hil.__main__ import app
-from hil.faults.ground_faults import KINDS, Obstacle
+from hil.faults.ground_faults import KINDS
 from hil.plant.engine import pybullet
 from hil.plant.rover_model import urdf
 from hil.processes import free_ports
@@ -25,6 +25,7 @@ from hil.run.options import conclude
 from hil.run.run import run as run_scenario
 from hil.scenarios.model import Scenario
 from hil.terrain.field import truth_height
+from hil.terrain.obstacle import Obstacle
 from hil.view import video
 from hil.view.folder import Folder
 from hil.view.live import RECORDS, watched
