@@ -11,12 +11,12 @@ B := .venv/bin
 ROVER ?= .rover
 FLIES ?= .venv
 NATIVE := CMakeLists.txt pyproject.toml $(wildcard onboard/kernels/*.?pp hil/native/*.?pp)
-KERNEL_TESTS := tests/onboard/native/test_kernels.py tests/onboard/native/test_live_grid.py tests/onboard/planning/test_pose_field.py \
-	tests/onboard/perception/test_ldem.py tests/onboard/perception/test_cell_classes.py tests/onboard/native/test_class_kernels.py \
-	tests/onboard/planning/test_visibility.py tests/onboard/native/test_visibility_kernels.py tests/onboard/native/test_kernel_fuzz.py \
+KERNEL_TESTS := tests/onboard/kernel_calls/test_kernels.py tests/onboard/kernel_calls/test_live_grid.py tests/onboard/planning/test_pose_field.py \
+	tests/onboard/perception/test_ldem.py tests/onboard/perception/test_cell_classes.py tests/onboard/kernel_calls/test_class_kernels.py \
+	tests/onboard/planning/test_visibility.py tests/onboard/kernel_calls/test_visibility_kernels.py tests/onboard/kernel_calls/test_kernel_fuzz.py \
 	tests/onboard/planning/test_next_position.py tests/onboard/planning/test_distance_transform.py tests/onboard/planning/test_global_path.py \
-	tests/onboard/native/test_global_field.py tests/onboard/native/test_search_kernels.py tests/onboard/planning/test_path.py \
-	tests/onboard/native/test_scip_kernel.py tests/onboard/native/test_elementary.py \
+	tests/onboard/kernel_calls/test_global_field.py tests/onboard/kernel_calls/test_search_kernels.py tests/onboard/planning/test_path.py \
+	tests/onboard/kernel_calls/test_scip_kernel.py tests/onboard/native/test_elementary.py \
 	tests/onboard/native/test_linear.py tests/hil/plant/test_soil.py
 SANITIZED := EL_DORADO_KERNELS=build/sanitize ASAN_OPTIONS=detect_leaks=0 PYTHONMALLOC=malloc \
 	LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libstdc++.so)"
@@ -24,7 +24,8 @@ SANITIZED := EL_DORADO_KERNELS=build/sanitize ASAN_OPTIONS=detect_leaks=0 PYTHON
 ONE_THREAD := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 FAST = $(ONE_THREAD) $(B)/python -m pytest -n 2 --dist worksteal --hypothesis-profile $(LAWS) --ignore tests/house \
 	-m "not campaign and not mission and not tool"
-ARM64_TESTS := $(if $(SHORT),$(addprefix tests/onboard/native/test_,elementary.py linear.py kernels.py scip_kernel.py), \
+ARM64_TESTS := $(if $(SHORT),$(addprefix tests/onboard/,native/test_elementary.py native/test_linear.py \
+		kernel_calls/test_kernels.py kernel_calls/test_scip_kernel.py), \
 	$(KERNEL_TESTS) $(addprefix tests/protocol/,can/test_can.py link/test_link.py products/test_packing.py scip/test_scip.py products/test_space_packets.py link/test_transactions.py) \
 	$(addprefix tests/onboard/,perception/test_cloud.py motion/test_kinematics.py planning/test_poses.py record/test_record_replay.py perception/pose/test_registration.py))
 

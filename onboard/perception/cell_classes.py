@@ -13,7 +13,7 @@ from statistics import NormalDist
 import numpy as np
 
 from onboard import config
-from onboard.native import cell_classes as kernel
+from onboard.kernel_calls import cell_classes as kernel
 from onboard.native import each
 from onboard.perception.ldem import ROBUST_HITS
 from onboard.records import F64, Ldem, Surface

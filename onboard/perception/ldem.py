@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike
 
-from onboard.native import raster
+from onboard.kernel_calls import raster
 from onboard.records import Bool, Cloud, Grid, Ldem, Pose
 
 BLOCK_M = 5.0  # the map grows by whole blocks of this side

@@ -1,4 +1,4 @@
-"""Insertion of one scan straight into a live grid: the result of `cloud` and `native.raster` without the cloud.
+"""Insertion of one scan straight into a live grid: the result of `cloud` and `kernel_calls.raster` without the cloud.
 
     live = LiveGrid(grid)
     live.add_turn(turn_of(scan, tilt, scanning), mount_of(T_map_base, rover))
@@ -14,8 +14,8 @@ import numpy as np
 
 from onboard.config import Rover, Scanning
 from onboard.extrinsics import lidar_place, lidar_rotation
+from onboard.kernel_calls.cells import BeamBlock, LiveGrid, Mount
 from onboard.native import each
-from onboard.native.cells import BeamBlock, LiveGrid, Mount
 from onboard.native.linear import product
 from onboard.perception.beam_tilt import tilt_at
 from onboard.perception.cloud import hull_boxes

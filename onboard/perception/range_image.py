@@ -21,7 +21,7 @@ import math
 
 import numpy as np
 
-from onboard.native import range_filter
+from onboard.kernel_calls import range_filter
 from onboard.records import F32, Bool
 
 SIGMAS = 3.0

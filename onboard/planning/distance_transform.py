@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from onboard.native import distance as native
+from onboard.kernel_calls import distance as native
 from onboard.native import each
 from onboard.native.elementary import hypot
 from onboard.planning.contract import Plan, Problem

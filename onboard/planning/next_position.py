@@ -21,8 +21,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from onboard.kernel_calls.checks import check_array
 from onboard.native import each
-from onboard.native.checks import check_array
 from onboard.planning.gain import GAINS, Eyes, Sight, centres
 from onboard.planning.hill_climb import climb, draw_seeds
 from onboard.records import F32, F64, Bool, Grid

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from onboard import config
-from onboard.native import pose_field as native
+from onboard.kernel_calls import pose_field as native
 from onboard.native.elementary import hypot
 from onboard.planning.poses import ORIENTATIONS, Freedom
 from onboard.records import F32, I32, U8

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from onboard import config
+from onboard.kernel_calls import poses as kernel
 from onboard.native import each
-from onboard.native import poses as kernel
 from onboard.native.elementary import cos, hypot, sin, tan
 from onboard.records import F32, F64, U8, Bool, CellClass, Grid, NodeSet, Surface
 

@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
+from onboard.kernel_calls import visibility as native
+from onboard.kernel_calls.progress import Progress
+from onboard.kernel_calls.visibility import Beams
 from onboard.native import each
-from onboard.native import visibility as native
-from onboard.native.progress import Progress
-from onboard.native.visibility import Beams
 from onboard.records import F32, F64, I32, Bool
 
 __all__ = [
@@ -46,8 +46,8 @@ class Scene:
 
     height_m: float32, predicted where unknown.
     unknown: bool.
-    veil: float32, added by `native.visibility.total` to the slope of a cell before it hides others; None if every cell
-        is known.
+    veil: float32, added by `kernel_calls.visibility.total` to the slope of a cell before it hides others; None if every
+        cell is known.
     """
 
     height_m: F32

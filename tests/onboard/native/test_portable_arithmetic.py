@@ -9,7 +9,7 @@ import pytest
 
 ROOT = Path(__file__).parents[3]
 FLIGHT = ("onboard/core", "onboard/devices", "onboard/perception", "onboard/planning", "onboard/motion",
-          "onboard/native", "protocol")  # fmt: skip
+          "onboard/kernel_calls", "onboard/native", "protocol")  # fmt: skip
 MODULES = ("onboard/extrinsics.py", "onboard/records/__init__.py", "onboard/records/motion.py",
            "onboard/records/maps.py", "onboard/records/scan.py")  # fmt: skip
 EXEMPT = {

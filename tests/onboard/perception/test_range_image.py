@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onboard.native import range_filter
+from onboard.kernel_calls import range_filter
 from onboard.perception.range_image import witnessed
 
 SIGMA_M = 0.02

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from onboard.kernel_calls import visibility as door
+from onboard.kernel_calls.progress import CancelledError, Progress
 from onboard.native import variant
-from onboard.native import visibility as door
-from onboard.native.progress import CancelledError, Progress
 from onboard.planning import visibility
 from tests import oracles_visibility as oracles
 

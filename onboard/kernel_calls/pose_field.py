@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from onboard.native.checks import check_array
+from onboard.kernel_calls.checks import check_array
 from onboard.native.variant import kernels
 from onboard.records import F32, U8
 

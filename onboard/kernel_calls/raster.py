@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from onboard.native.checks import check_array, check_grid
+from onboard.kernel_calls.checks import check_array, check_grid
 from onboard.native.variant import kernels
 from onboard.records import F32, F64, I32, Cloud, Grid
 

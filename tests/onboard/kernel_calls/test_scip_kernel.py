@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onboard.native import scip as door
+from onboard.kernel_calls import scip as door
 from onboard.native import variant
 from protocol import WireError, scip
 from tests.protocol.scip.test_scip_damage import DAMAGE, SHORT, damaged, scan_of

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from onboard.native.checks import check_array, check_grid
+from onboard.kernel_calls.checks import check_array, check_grid
 from onboard.native.variant import kernels
 from onboard.records import F32, F64, U8, Grid
 

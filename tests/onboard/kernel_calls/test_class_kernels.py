@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onboard import config
-from onboard.native import cell_classes as cell_door
-from onboard.native import poses as pose_door
+from onboard.kernel_calls import cell_classes as cell_door
+from onboard.kernel_calls import poses as pose_door
 from onboard.native import variant
 from onboard.perception import ldem as maps
 from onboard.perception.cell_classes import SPREAD, classify

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from onboard.native.checks import check_array
+from onboard.kernel_calls.checks import check_array
 from onboard.native.elementary import dist
 from onboard.native.variant import kernels
 from onboard.records import F32, Bool, Grid

@@ -11,8 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onboard.config import Rover, Scanning
-from onboard.native import cells as door
-from onboard.native import raster, variant
+from onboard.kernel_calls import cells as door
+from onboard.kernel_calls import raster
+from onboard.native import variant
 from onboard.perception.cloud import cloud
 from onboard.perception.live import LiveGrid, mount_of, turn_of
 from onboard.records import BeamStatus, Cloud, Grid, Pose, Scan, TiltTrack

@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from onboard.native.checks import check_array
-from onboard.native.progress import CancelledError, Progress
+from onboard.kernel_calls.checks import check_array
+from onboard.kernel_calls.progress import CancelledError, Progress
 from onboard.native.variant import kernels
 from onboard.records import F32, F64, I32, U8
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onboard.native import pose_field as door
-from onboard.native import raster
+from onboard.kernel_calls import pose_field as door
+from onboard.kernel_calls import raster
 from onboard.planning import pose_field
 from onboard.records import Cloud, Grid
 from tests import oracles

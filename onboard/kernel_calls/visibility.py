@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from onboard.native.checks import check_array
-from onboard.native.progress import CancelledError, Progress
+from onboard.kernel_calls.checks import check_array
+from onboard.kernel_calls.progress import CancelledError, Progress
 from onboard.native.variant import kernels
 from onboard.records import F32, I32, Bool
 

@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onboard.config import Planning
-from onboard.native import global_field as door
+from onboard.kernel_calls import global_field as door
+from onboard.kernel_calls.progress import CancelledError, Progress
 from onboard.native import variant
-from onboard.native.progress import CancelledError, Progress
 from onboard.planning import global_path
 from onboard.records import Gdem, Grid
 from tests import oracles_global as oracle

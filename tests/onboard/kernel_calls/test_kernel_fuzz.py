@@ -11,15 +11,16 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 
-from onboard import native
+from onboard import kernel_calls, native
 from tests.fuzz.kernels import check, hunt, smallest
 from tests.fuzz.rows import ROWS, Row, arrays, together
 
 
 def test_every_door_to_the_kernels_has_a_row() -> None:
     modules = [
-        importlib.import_module(f"onboard.native.{m.name}")
-        for m in pkgutil.iter_modules(native.__path__)
+        importlib.import_module(f"{package.__name__}.{m.name}")
+        for package in (kernel_calls, native)
+        for m in pkgutil.iter_modules(package.__path__)
         if not m.name.startswith("_")
     ]
     doors = {m.__name__ for m in modules if hasattr(m, "kernels")} - {"onboard.native.variant"}

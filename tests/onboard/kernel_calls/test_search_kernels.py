@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onboard.native import distance, pose_field, sight, variant
-from onboard.native.progress import CancelledError, Progress
+from onboard.kernel_calls import distance, pose_field, sight
+from onboard.kernel_calls.progress import CancelledError, Progress
+from onboard.native import variant
 from onboard.planning.pose_field import moves_m
 from onboard.records import Grid
 from tests import oracles_search as oracles
