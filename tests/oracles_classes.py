@@ -22,7 +22,7 @@ from onboard.perception.cell_classes import (
     RAY_MARGIN_M,
     SPREAD,
 )
-from onboard.planning.poses import CLOSE_M, LEAST_OF_PLANE, ORIENTATIONS, PLANE_M, Freedom, wheel_cells
+from onboard.planning.local.poses import CLOSE_M, LEAST_OF_PLANE, ORIENTATIONS, PLANE_M, Freedom, wheel_cells
 from onboard.records import F32, F64, U8, Bool, CellClass, Ldem, Surface
 
 T = TypeVar("T", bound=np.generic)
@@ -116,13 +116,13 @@ class _Ground(NamedTuple):
 
 
 def pose_freedom(surface: Surface, rover: config.Rover, planning: config.Planning) -> U8:
-    """What planning.poses.pose_freedom gives."""
+    """What planning.local.poses.pose_freedom gives."""
     ground = _ground(surface, planning)
     return np.stack([_layer(ground, o, rover, planning, surface.grid.cell_m) for o in range(ORIENTATIONS)])
 
 
 def closeness(freedom: U8, planning: config.Planning, cell_m: float) -> F32:
-    """What planning.poses.closeness gives."""
+    """What planning.local.poses.closeness gives."""
     ratio = np.zeros(freedom.shape, np.float32)
     for layer, open_poses in zip(ratio, freedom != Freedom.BLOCKED):
         if open_poses.all():
@@ -137,7 +137,7 @@ def closeness(freedom: U8, planning: config.Planning, cell_m: float) -> F32:
 
 
 def reachable(freedom: U8, j: int, i: int, o: int) -> Bool:
-    """What planning.poses.reachable gives."""
+    """What planning.local.poses.reachable gives."""
     free = freedom == Freedom.FREE
     if not free[o, j, i]:
         return np.zeros_like(free)

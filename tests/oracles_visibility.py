@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from onboard.planning.visibility import Beams, Scene
+from onboard.planning.sensing.visibility import Beams, Scene
 
 TOLERANCE = np.float32(1e-6)
 

@@ -11,9 +11,9 @@ from hil.faults.injection import causes
 from hil.scenarios.model import load_scenario
 from hil.scenarios.verdicts import Expect
 from onboard.config import ConfigError, Planning
-from onboard.planning.contract import Problem
-from onboard.planning.path import is_free
-from onboard.planning.poses import Freedom
+from onboard.planning.local.contract import Problem
+from onboard.planning.local.path import is_free
+from onboard.planning.local.poses import Freedom
 from onboard.records import Grid
 from protocol.tables.telemetry import BY_ID, BY_NAME, TABLE, Item
 from tools.make_docs import DOCS

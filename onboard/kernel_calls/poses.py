@@ -28,7 +28,7 @@ class Footprint(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """Parameters of planning.poses.
+    """Parameters of planning.local.poses.
 
     tilt_ratio, slope_ratio: tangents.
     plane_half: cells, half the window's side.

@@ -24,9 +24,9 @@ from onboard.perception import ldem
 from onboard.perception.sweep import segments
 from onboard.planning import cycle, global_path
 from onboard.planning.fenced import closed
+from onboard.planning.local.poses import node_sets, pose_index, reachable
 from onboard.planning.mission_rule import MissionState
 from onboard.planning.plan_records import PlanningSettings, PlanRequest
-from onboard.planning.poses import node_sets, pose_index, reachable
 from onboard.records import F64, CellClass, Gdem, Grid, Pose, Surface
 from protocol.products import LdemProduct, MapGrid, encode_ldem, rounded
 from protocol.products.pose_map import PoseMap, encode_poses

@@ -13,10 +13,10 @@ from onboard.config import Config
 from onboard.perception import ldem
 from onboard.perception.cell_classes import classify
 from onboard.planning.cycle import plan
+from onboard.planning.local.pose_field import DIRECTIONS, cost_to_go, moves_m
+from onboard.planning.local.poses import Freedom, closeness, pose_freedom
 from onboard.planning.mission_rule import MissionState
 from onboard.planning.plan_records import PlanningSettings, PlanRequest
-from onboard.planning.pose_field import DIRECTIONS, cost_to_go, moves_m
-from onboard.planning.poses import Freedom, closeness, pose_freedom
 from onboard.records import Cloud, Grid, Pose, Surface
 from tests import oracles_classes
 from tests.bench.goals import Measured, against, seconds

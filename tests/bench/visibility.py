@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 
 from onboard.kernel_calls import visibility as kernel
-from onboard.planning import visibility
+from onboard.planning.sensing import visibility
 from tests.bench.goals import Measured, seconds
 from tests.oracles_visibility import Look
 

@@ -33,7 +33,7 @@ from onboard.kernel_calls import (
 from onboard.native import each, elementary, linear
 from onboard.perception import ldem as maps
 from onboard.perception.cell_classes import SPREAD
-from onboard.planning.visibility import beams
+from onboard.planning.sensing.visibility import beams
 from onboard.records import Cloud, Grid, Surface
 
 # -- numbers and arrays, the plain ones first: hypothesis shrinks towards them -----------------------------------

@@ -16,7 +16,7 @@ from hil.terrain.recipe import Course, Recipe, compose
 from hil.terrain.rocks import Rock
 from onboard.config import Config
 from onboard.perception.stop_map import StopMap
-from onboard.planning.poses import pose_freedom
+from onboard.planning.local.poses import pose_freedom
 from onboard.records import Pose
 from tests.missions.campaign import REGISTERED
 from tests.missions.drift import FLOWN_DRIFT

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from onboard.config import load
-from onboard.planning import guarded_leg
+from onboard.planning.guard import guarded_leg
 from onboard.records import Grid, Pose
 from pictures.drive_guard import GuardedLegEnd, guard_figure
 from pictures.style import png

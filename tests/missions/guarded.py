@@ -15,9 +15,9 @@ import numpy as np
 from hil.campaign.mission import strips
 from onboard.config import Config, Rover
 from onboard.perception import ldem
-from onboard.planning import guarded_leg
-from onboard.planning.drive_guard import Bad
 from onboard.planning.fences import KEEP_OUT, Fence
+from onboard.planning.guard import guarded_leg
+from onboard.planning.guard.drive_guard import Bad
 from onboard.planning.mission_rule import interrupted
 from onboard.planning.plan_records import GuardLine, PlanResult
 from onboard.records import F64, BeamStatus, CellClass, Cloud, Decision, Pose, Scan, Surface

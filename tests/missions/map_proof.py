@@ -23,7 +23,7 @@ from onboard.perception import ldem
 from onboard.perception.cell_classes import classify
 from onboard.perception.stop_map import StopMap, look, remember
 from onboard.perception.unseen_cells import without_unseen
-from onboard.planning.poses import ORIENTATIONS, Freedom, pose_freedom, pose_index, reachable
+from onboard.planning.local.poses import ORIENTATIONS, Freedom, pose_freedom, pose_index, reachable
 from onboard.records import F64, Bool, Grid, Pose, Scan, Surface
 from tests.missions.fields import FIELDS
 from tests.missions.scan_errors import CLUMP, DEFAULT, ScanErrors

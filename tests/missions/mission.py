@@ -20,9 +20,9 @@ from onboard.perception.cell_classes import classify
 from onboard.perception.stop_map import NO_POINTS, StopMap, look, remember
 from onboard.planning.cycle import plan
 from onboard.planning.fences import Fence
+from onboard.planning.guard.wheel_footprint import lattice
 from onboard.planning.mission_rule import MissionState
 from onboard.planning.plan_records import PlanningSettings, PlanRequest, PlanResult
-from onboard.planning.wheel_footprint import lattice
 from onboard.records import F64, Bool, CellClass, Decision, Gdem, Grid, Pose
 from protocol.conventions import wrap_rad
 from tests.missions.drift import NO_DRIFT, Drift

@@ -21,9 +21,9 @@ from rich.table import Table
 from onboard.config import Rover, load
 from onboard.perception import ldem
 from onboard.perception.cell_classes import classify
-from onboard.planning import drive_guard
-from onboard.planning.guarded_leg import MARGIN_M
-from onboard.planning.wheel_footprint import tracks
+from onboard.planning.guard import drive_guard
+from onboard.planning.guard.guarded_leg import MARGIN_M
+from onboard.planning.guard.wheel_footprint import tracks
 from onboard.records import F64, Pose
 from tests.missions.fields import main_field
 from tests.missions.guard_runs import GUARDED

@@ -21,7 +21,7 @@ from hil.terrain.mesh import soil_height
 from hil.terrain.recipe import Course, Recipe, compose
 from hil.terrain.rocks import Rock, rock_of
 from onboard.config import Config, Rover
-from onboard.planning.poses import ORIENTATIONS, Freedom, pose_freedom
+from onboard.planning.local.poses import ORIENTATIONS, Freedom, pose_freedom
 from onboard.records import F64, I32, U8, BeamStatus, Grid, Pose, Scan
 from protocol.conventions import WHEEL_SIGNS
 from tests.missions.map_proof import map_of, surface_around

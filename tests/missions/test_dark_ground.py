@@ -14,7 +14,7 @@ from hil.terrain.field import Field
 from hil.terrain.recipe import Course, Recipe, compose
 from hil.world.surfaces import Surfaces
 from onboard.config import Config
-from onboard.planning.poses import Freedom, pose_freedom
+from onboard.planning.local.poses import Freedom, pose_freedom
 from onboard.records import BeamStatus, Pose, Scan
 from tests.missions.map_proof import map_of, surface_around
 from tests.missions.scan_errors import DEFAULT

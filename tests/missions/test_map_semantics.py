@@ -11,8 +11,8 @@ from scipy import ndimage
 
 from onboard.config import Config
 from onboard.perception.stop_map import look, remember
-from onboard.planning import poses
-from onboard.planning.poses import Freedom
+from onboard.planning.local import poses
+from onboard.planning.local.poses import Freedom
 from onboard.records import CellClass, Grid, NodeSet, Pose, Surface
 from tests.missions.fields import main_field, pits
 from tests.missions.map_proof import surface_around

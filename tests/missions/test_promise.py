@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from typer.testing import CliRunner
 
-from onboard.planning.strategies import STRATEGIES
+from onboard.planning.sensing.strategies import STRATEGIES
 from tests.missions import __main__ as command
 from tests.missions import guard_runs, open_loop
 from tests.missions.__main__ import runs

@@ -22,7 +22,7 @@ from hil.terrain.field import Field
 from hil.terrain.fields import free_with_room, pose_of, true_surface
 from hil.world.operator import TimedCommand
 from onboard.config import Planning, Rover
-from onboard.planning import poses
+from onboard.planning.local import poses
 from onboard.records import F64, Bool
 from protocol.conventions import wrap_rad
 from tests.scenarios.flown import Row, broken, ended, line

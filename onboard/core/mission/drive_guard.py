@@ -22,8 +22,8 @@ from protocol.conventions import TICK_NS
 if TYPE_CHECKING:  # built by the jobs, which run outside the tick
     from onboard.core.context import Context
     from onboard.perception.stop_map import StopMap
-    from onboard.planning.drive_guard import Bad
-    from onboard.planning.guarded_leg import Leg
+    from onboard.planning.guard.drive_guard import Bad
+    from onboard.planning.guard.guarded_leg import Leg
 
 GUARD_JOBS = frozenset({"guard_begin", "guard_listen", "guard_credit"})
 TURNS = 4  # scanner turns per line: 10 lines a second

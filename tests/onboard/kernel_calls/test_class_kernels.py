@@ -16,7 +16,7 @@ from onboard.kernel_calls import poses as pose_door
 from onboard.native import variant
 from onboard.perception import ldem as maps
 from onboard.perception.cell_classes import SPREAD, classify
-from onboard.planning import poses
+from onboard.planning.local import poses
 from onboard.records import CellClass, Grid, Ldem, Surface
 from tests import oracles_classes as oracles
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from onboard.kernel_calls import pose_field as door
 from onboard.kernel_calls import raster
-from onboard.planning import pose_field
+from onboard.planning.local import pose_field
 from onboard.records import Cloud, Grid
 from tests import oracles
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from onboard.kernel_calls import distance, pose_field, sight
 from onboard.kernel_calls.progress import CancelledError, Progress
 from onboard.native import variant
-from onboard.planning.pose_field import moves_m
+from onboard.planning.local.pose_field import moves_m
 from onboard.records import Grid
 from tests import oracles_search as oracles
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from onboard.kernel_calls import visibility as door
 from onboard.kernel_calls.progress import CancelledError, Progress
 from onboard.native import variant
-from onboard.planning import visibility
+from onboard.planning.sensing import visibility
 from tests import oracles_visibility as oracles
 
 TABLE = visibility.beams(2.3, 0.1, 77)

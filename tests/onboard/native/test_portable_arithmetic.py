@@ -41,9 +41,9 @@ ALLOWED = {  # (file, call): why it is the same everywhere
     ("onboard/planning/cycle.py", "from scipy"): "ndimage: dilation and labels of whole numbers",
     ("onboard/planning/fenced.py", "from scipy"): "ndimage: dilation of whole numbers",
     ("onboard/planning/gdem_refresh.py", "from scipy"): "ndimage: dilation and labels of whole numbers",
-    ("onboard/planning/poses.py", "from scipy"): "ndimage: maxima and minima, which round nothing",
-    ("onboard/planning/trust.py", "from scipy"): "ndimage: dilation of whole numbers",
-    ("onboard/planning/visibility.py", "from scipy.ndimage"):
+    ("onboard/planning/local/poses.py", "from scipy"): "ndimage: maxima and minima, which round nothing",
+    ("onboard/planning/guard/trust.py", "from scipy"): "ndimage: dilation of whole numbers",
+    ("onboard/planning/sensing/visibility.py", "from scipy.ndimage"):
         "distances: the nearest by whole numbers, then squares, sums and roots of float64",
 }  # fmt: skip
 POWERS = {"(2 * reach + 1) ** 2", "64 ** k"}  # of whole numbers

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from onboard import config
 from onboard.perception import ldem as maps
 from onboard.perception.cell_classes import SPREAD, classify
-from onboard.planning.poses import Freedom, pose_freedom
+from onboard.planning.local.poses import Freedom, pose_freedom
 from onboard.records import CellClass, Cloud, Grid, Ldem, Pose
 from tests import oracles
 

@@ -12,9 +12,9 @@ from onboard.perception.ldem import REPLACING_HITS, window
 from onboard.perception.stop_map import look, remember
 from onboard.perception.unseen_cells import updated, without_unseen
 from onboard.planning.cycle import freedom_of, surface_of
+from onboard.planning.local.poses import Freedom
 from onboard.planning.mission_rule import MissionState
 from onboard.planning.plan_records import PlanRequest
-from onboard.planning.poses import Freedom
 from onboard.planning.prediction import settings_of, shown
 from onboard.records import CellClass, Cloud, Pose
 from tests.onboard.loss_rig import CONFIG, TRACK, beams_from, sweep

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from onboard.planning import distance_transform as dt
+from onboard.planning.local import distance_transform as dt
 
 
 def sweeps(free, goals, cell_m):

@@ -15,9 +15,9 @@ import numpy as np
 from onboard.kernel_calls import distance as native
 from onboard.native import each
 from onboard.native.elementary import hypot
-from onboard.planning.contract import Plan, Problem
-from onboard.planning.path import drivable, ground_of
-from onboard.planning.poses import Freedom, orientation
+from onboard.planning.local.contract import Plan, Problem
+from onboard.planning.local.path import drivable, ground_of
+from onboard.planning.local.poses import Freedom, orientation
 from onboard.records import F32, F64, I32, Bool
 
 NEIGHBOURS = ((0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1))  # (dj, di)

@@ -19,10 +19,10 @@ from onboard.perception import ldem, strip_map
 from onboard.perception.cell_classes import classify
 from onboard.perception.cloud import cloud
 from onboard.perception.stop_map import StopMap
-from onboard.planning import drive_guard
-from onboard.planning.drive_guard import Bad, GuardSettings, Watch
+from onboard.planning.guard import drive_guard
+from onboard.planning.guard.drive_guard import Bad, GuardSettings, Watch
+from onboard.planning.guard.wheel_footprint import tracks
 from onboard.planning.plan_records import GuardLine
-from onboard.planning.wheel_footprint import tracks
 from onboard.records import F64, Bool, Cloud, Pose, TiltTrack
 from protocol.conventions import wrap_rad
 

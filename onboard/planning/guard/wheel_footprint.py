@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from onboard import config
-from onboard.planning.poses import ORIENTATIONS, block, pose_index, wheel_cells
+from onboard.planning.local.poses import ORIENTATIONS, block, pose_index, wheel_cells
 from onboard.records import F64, U8, Bool, Grid
 
 SQUARE = tuple((dj, di) for dj in (-1, 0, 1) for di in (-1, 0, 1))  # a wheel's cell and its 8 neighbours

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from onboard.config import Mission
-from onboard.planning import next_position as nsp
-from onboard.planning.gain import Eyes
-from onboard.planning.next_position import Criterion, Question
-from onboard.planning.strategies import STRATEGIES, next_position
+from onboard.planning.sensing import next_position as nsp
+from onboard.planning.sensing.gain import Eyes
+from onboard.planning.sensing.next_position import Criterion, Question
+from onboard.planning.sensing.strategies import STRATEGIES, next_position
 from onboard.records import Grid
 
 EYES = Eyes(range_m=0.6, beams=36)

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from onboard.planning.contract import Plan, Problem
-from onboard.planning.path import drivable, ground_of
-from onboard.planning.pose_field import cost_to_go, descend
-from onboard.planning.poses import Freedom, pose_index
+from onboard.planning.local.contract import Plan, Problem
+from onboard.planning.local.path import drivable, ground_of
+from onboard.planning.local.pose_field import cost_to_go, descend
+from onboard.planning.local.poses import Freedom, pose_index
 
 
 class PoseFieldPlanner:

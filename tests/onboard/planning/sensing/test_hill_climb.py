@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onboard.planning.hill_climb import climb, draw_seeds
+from onboard.planning.sensing.hill_climb import climb, draw_seeds
 
 EVERYWHERE = np.ones((9, 9), bool)
 Y, X = np.mgrid[0:9, 0:9]

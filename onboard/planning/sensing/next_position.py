@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 
 from onboard.kernel_calls.checks import check_array
 from onboard.native import each
-from onboard.planning.gain import GAINS, Eyes, Sight, centres
-from onboard.planning.hill_climb import climb, draw_seeds
+from onboard.planning.sensing.gain import GAINS, Eyes, Sight, centres
+from onboard.planning.sensing.hill_climb import climb, draw_seeds
 from onboard.records import F32, F64, Bool, Grid
 
 I64 = NDArray[np.int64]

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.sparse import csgraph
 
 from onboard import config
-from onboard.planning import pose_field
+from onboard.planning.local import pose_field
 from tests import oracles
 
 PLANNING = config.Planning()

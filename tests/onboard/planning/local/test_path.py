@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onboard.config import Planning
-from onboard.planning import path
-from onboard.planning.pose_field import cost_to_go, descend
-from onboard.planning.poses import Freedom, closeness, orientation
+from onboard.planning.local import path
+from onboard.planning.local.pose_field import cost_to_go, descend
+from onboard.planning.local.poses import Freedom, closeness, orientation
 from onboard.records import Grid
 
 GRID = Grid(0.05, 0.05, 0.1, 40, 40)

@@ -8,7 +8,7 @@ import pytest
 
 from onboard import config
 from onboard.perception import ldem
-from onboard.planning import trust
+from onboard.planning.guard import trust
 from onboard.planning.mission_rule import MissionState, Stop
 from onboard.planning.plan_records import PlanningSettings, PlanRequest
 from onboard.records import Decision, Path, Pose

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from onboard import config
 from onboard.kernel_calls import pose_field as native
 from onboard.native.elementary import hypot
-from onboard.planning.poses import ORIENTATIONS, Freedom
+from onboard.planning.local.poses import ORIENTATIONS, Freedom
 from onboard.records import F32, I32, U8
 
 DIRECTIONS = ((0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1))  # (dj, di) of k * 45 degrees

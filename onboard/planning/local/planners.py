@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from onboard.planning.contract import Planner
-from onboard.planning.distance_transform import DistanceTransformPlanner
-from onboard.planning.pose_planner import PoseFieldPlanner
+from onboard.planning.local.contract import Planner
+from onboard.planning.local.distance_transform import DistanceTransformPlanner
+from onboard.planning.local.pose_planner import PoseFieldPlanner
 
 PLANNERS: Mapping[str, type[Planner]] = MappingProxyType(
     {

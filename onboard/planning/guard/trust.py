@@ -26,10 +26,10 @@ from onboard.native import each
 from onboard.native.elementary import cos, square
 from onboard.perception.cell_classes import classify
 from onboard.planning import mission_rule
-from onboard.planning.drive_guard import ahead_m
+from onboard.planning.guard.drive_guard import ahead_m
+from onboard.planning.guard.wheel_footprint import driven, wheel_squares
 from onboard.planning.mission_rule import MissionState, Stop
 from onboard.planning.plan_records import PlanningSettings, PlanRequest
-from onboard.planning.wheel_footprint import driven, wheel_squares
 from onboard.records import F64, Bool, CellClass, Decision, Grid, Ldem, Path
 
 NOSE_M = 0.6  # the rover may always drive this far where a look shows nothing more

@@ -8,9 +8,9 @@ import pytest
 from onboard import config
 from onboard.perception import ldem
 from onboard.perception.cell_classes import classify
-from onboard.planning import drive_guard
-from onboard.planning.poses import Freedom, pose_index
-from onboard.planning.wheel_footprint import barred, driven, tracks
+from onboard.planning.guard import drive_guard
+from onboard.planning.guard.wheel_footprint import barred, driven, tracks
+from onboard.planning.local.poses import Freedom, pose_index
 from onboard.records import Cloud, Pose
 
 ROVER, MAPPING = config.Rover(), config.Mapping_()

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from onboard.kernel_calls import sight
 from onboard.native import each
 from onboard.native.elementary import atan2, cos, dist, hypot, sin
-from onboard.planning.poses import ORIENTATIONS, Freedom, orientation
+from onboard.planning.local.poses import ORIENTATIONS, Freedom, orientation
 from onboard.records import F32, F64, I32, U8, Bool, Grid, Path
 from protocol.conventions import wrap_rad
 

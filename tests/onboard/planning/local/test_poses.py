@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onboard import config
-from onboard.planning import pose_field, poses
-from onboard.planning.poses import Freedom
+from onboard.planning.local import pose_field, poses
+from onboard.planning.local.poses import Freedom
 from onboard.records import CellClass, Grid, NodeSet, Surface
 from tests import oracles
 

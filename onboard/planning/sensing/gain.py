@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from onboard.native import each
-from onboard.planning import visibility
-from onboard.planning.visibility import Sector, Visibility, VisibilityRequest
+from onboard.planning.sensing import visibility
+from onboard.planning.sensing.visibility import Sector, Visibility, VisibilityRequest
 from onboard.records import F32, F64, Bool, Grid
 
 GAINS = ("visibility", "newly-seen")

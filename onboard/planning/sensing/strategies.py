@@ -13,8 +13,8 @@ from types import MappingProxyType
 import numpy as np
 
 from onboard.config import Mission
-from onboard.planning.gain import Eyes
-from onboard.planning.next_position import Criterion, NextPosition, Question, choose, choose_by_climb
+from onboard.planning.sensing.gain import Eyes
+from onboard.planning.sensing.next_position import Criterion, NextPosition, Question, choose, choose_by_climb
 
 
 @dataclass(frozen=True, slots=True)

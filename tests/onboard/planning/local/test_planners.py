@@ -1,4 +1,4 @@
-"""The contract of planning.planners.PLANNERS, run over the whole table."""
+"""The contract of planning.local.planners.PLANNERS, run over the whole table."""
 
 import dataclasses
 import math
@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from onboard.config import Planning
-from onboard.planning.contract import Problem
-from onboard.planning.path import is_free
-from onboard.planning.planners import PLANNERS
-from onboard.planning.poses import Freedom
+from onboard.planning.local.contract import Problem
+from onboard.planning.local.path import is_free
+from onboard.planning.local.planners import PLANNERS
+from onboard.planning.local.poses import Freedom
 from onboard.records import Grid
 
 GRID = Grid(0.05, 0.05, 0.1, 60, 50)

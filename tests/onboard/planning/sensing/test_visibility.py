@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onboard.planning import visibility
-from onboard.planning.visibility import Sector, VisibilityRequest
+from onboard.planning.sensing import visibility
+from onboard.planning.sensing.visibility import Sector, VisibilityRequest
 from tests import oracles_visibility as oracles
 
 LAW = settings(max_examples=25, deadline=None, derandomize=True)

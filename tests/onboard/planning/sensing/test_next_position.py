@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onboard.planning import next_position as nsp
-from onboard.planning import visibility
-from onboard.planning.gain import GAINS, Eyes, Sight
-from onboard.planning.next_position import Criterion, Question
+from onboard.planning.sensing import next_position as nsp
+from onboard.planning.sensing import visibility
+from onboard.planning.sensing.gain import GAINS, Eyes, Sight
+from onboard.planning.sensing.next_position import Criterion, Question
 from onboard.records import Grid
 from tests import oracles_next_position as plain
 
