@@ -12,7 +12,7 @@ ROVER ?= .rover
 FLIES ?= .venv
 NATIVE := CMakeLists.txt pyproject.toml $(wildcard onboard/kernels/*.?pp hil/native/*.?pp)
 KERNEL_TESTS := tests/onboard/kernel_calls/test_kernels.py tests/onboard/kernel_calls/test_live_grid.py tests/onboard/planning/local/test_pose_field.py \
-	tests/onboard/perception/test_ldem.py tests/onboard/perception/test_cell_classes.py tests/onboard/kernel_calls/test_class_kernels.py \
+	tests/onboard/perception/map/test_ldem.py tests/onboard/perception/map/test_cell_classes.py tests/onboard/kernel_calls/test_class_kernels.py \
 	tests/onboard/planning/sensing/test_visibility.py tests/onboard/kernel_calls/test_visibility_kernels.py tests/onboard/kernel_calls/test_kernel_fuzz.py \
 	tests/onboard/planning/sensing/test_next_position.py tests/onboard/planning/local/test_distance_transform.py tests/onboard/planning/test_global_path.py \
 	tests/onboard/kernel_calls/test_global_field.py tests/onboard/kernel_calls/test_search_kernels.py tests/onboard/planning/local/test_path.py \
@@ -27,7 +27,7 @@ FAST = $(ONE_THREAD) $(B)/python -m pytest -n 2 --dist worksteal --hypothesis-pr
 ARM64_TESTS := $(if $(SHORT),$(addprefix tests/onboard/,native/test_elementary.py native/test_linear.py \
 		kernel_calls/test_kernels.py kernel_calls/test_scip_kernel.py), \
 	$(KERNEL_TESTS) $(addprefix tests/protocol/,can/test_can.py link/test_link.py products/test_packing.py scip/test_scip.py products/test_space_packets.py link/test_transactions.py) \
-	$(addprefix tests/onboard/,perception/test_cloud.py motion/test_kinematics.py planning/local/test_poses.py record/test_record_replay.py perception/pose/test_registration.py))
+	$(addprefix tests/onboard/,perception/scan/test_cloud.py motion/test_kinematics.py planning/local/test_poses.py record/test_record_replay.py perception/pose/test_registration.py))
 
 .venv/.packages: requirements.lock tools/check_system.sh
 	@sh tools/check_system.sh "$(PYTHON)"

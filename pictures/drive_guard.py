@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 
 from onboard.config import Config
-from onboard.perception.cell_classes import classify
+from onboard.perception.map.cell_classes import classify
 from onboard.planning.guard.drive_guard import Bad
 from onboard.planning.guard.guarded_leg import Leg
 from onboard.records import F64, Cloud, Pose

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from onboard import config
-from onboard.perception.cell_classes import SPREAD
+from onboard.perception.map.cell_classes import SPREAD
 from onboard.records import CellClass, Cloud, Grid, Ldem, Surface
 
 KNOWN = (CellClass.HIT, CellClass.FILLED, CellClass.HOLE, CellClass.ASSUMED)

@@ -14,7 +14,7 @@ from scipy import ndimage
 from scipy.sparse import coo_array, csgraph
 
 from onboard import config
-from onboard.perception.cell_classes import (
+from onboard.perception.map.cell_classes import (
     FILL_ABOVE_M,
     FILL_STEP_M,
     FILL_STEP_PER_CELL_M,
@@ -31,7 +31,7 @@ SQUARE = tuple((dj, di) for dj in (-1, 0, 1) for di in (-1, 0, 1))
 
 
 def classify(ldem: Ldem, mapping: config.Mapping_) -> Surface:
-    """What perception.cell_classes.classify gives."""
+    """What perception.map.cell_classes.classify gives."""
     hit = ldem.n > 0
     mean, top, bottom = _bounds(ldem, hit)
     gap = _gaps(hit, mean, ldem.z_ray, mapping.fill_cells)

@@ -15,7 +15,7 @@ _LAYERS = {"n": np.int32, "sum_z": np.float64, "z_hi": np.float32, "z_lo": np.fl
 
 
 class Rules(NamedTuple):
-    """Parameters of perception.cell_classes, in metres but the first, a number of cells."""
+    """Parameters of perception.map.cell_classes, in metres but the first, a number of cells."""
 
     fill_cells: int
     ray_margin_m: float

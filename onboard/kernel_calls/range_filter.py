@@ -12,7 +12,7 @@ from onboard.records import F32, Bool
 
 
 def keep_witnessed(ranges_m: F32, seen: Bool, tolerance_m: float) -> Bool:
-    """Mask of returns to keep, bool (lines, beams): the rule of `onboard.perception.range_image`.
+    """Mask of returns to keep, bool (lines, beams): the rule of `onboard.perception.scan.range_image`.
 
     ranges_m: float32 (lines, beams), lines in order of time.
     seen: bool, the same shape, True where there is a return.

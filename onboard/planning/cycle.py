@@ -20,8 +20,8 @@ from scipy import ndimage
 from onboard import config
 from onboard.native import each
 from onboard.native.elementary import dist
-from onboard.perception.cell_classes import classify
-from onboard.perception.unseen_cells import without_unseen
+from onboard.perception.map.cell_classes import classify
+from onboard.perception.map.unseen_cells import without_unseen
 from onboard.planning import gdem_refresh, global_path, mission_rule, options
 from onboard.planning.fenced import closed, fenced
 from onboard.planning.global_path import GlobalField

@@ -20,8 +20,8 @@ import numpy as np
 from onboard.config import Config
 from onboard.native import each
 from onboard.native.elementary import dist, hypot
-from onboard.perception import ldem
-from onboard.perception.sweep import segments
+from onboard.perception.map import ldem
+from onboard.perception.scan.sweep import segments
 from onboard.planning import cycle, global_path
 from onboard.planning.fenced import closed
 from onboard.planning.local.poses import node_sets, pose_index, reachable

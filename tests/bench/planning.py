@@ -10,8 +10,8 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from onboard.config import Config
-from onboard.perception import ldem
-from onboard.perception.cell_classes import classify
+from onboard.perception.map import ldem
+from onboard.perception.map.cell_classes import classify
 from onboard.planning.cycle import plan
 from onboard.planning.local.pose_field import DIRECTIONS, cost_to_go, moves_m
 from onboard.planning.local.poses import Freedom, closeness, pose_freedom

@@ -31,8 +31,8 @@ from onboard.kernel_calls import (
     visibility,
 )
 from onboard.native import each, elementary, linear
-from onboard.perception import ldem as maps
-from onboard.perception.cell_classes import SPREAD
+from onboard.perception.map import ldem as maps
+from onboard.perception.map.cell_classes import SPREAD
 from onboard.planning.sensing.visibility import beams
 from onboard.records import Cloud, Grid, Surface
 

@@ -15,7 +15,7 @@ import numpy as np
 from hil.terrain.recipe import Course, Recipe, compose
 from hil.terrain.rocks import Rock
 from onboard.config import Config
-from onboard.perception.stop_map import StopMap
+from onboard.perception.map.stop_map import StopMap
 from onboard.planning.local.poses import pose_freedom
 from onboard.records import Pose
 from tests.missions.campaign import REGISTERED

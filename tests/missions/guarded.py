@@ -14,7 +14,7 @@ import numpy as np
 
 from hil.campaign.mission import strips
 from onboard.config import Config, Rover
-from onboard.perception import ldem
+from onboard.perception.map import ldem
 from onboard.planning.fences import KEEP_OUT, Fence
 from onboard.planning.guard import guarded_leg
 from onboard.planning.guard.drive_guard import Bad

@@ -12,7 +12,7 @@ import numpy as np
 
 from onboard.config import Config
 from onboard.core.faults.devices.returns import ReturnWatch
-from onboard.perception.lost_beams import lost_beams
+from onboard.perception.scan.lost_beams import lost_beams
 from onboard.records import BeamStatus, Bool, Pose, Scan
 from tests.missions.fields import main_field
 from tests.missions.scanner import BEAM_NS, LINE_NS, STEP_RAD, Scanner, scanner

@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from onboard.config import Config
-from onboard.perception import ldem
-from onboard.perception.cell_classes import classify
-from onboard.perception.stop_map import StopMap, look, remember
-from onboard.perception.unseen_cells import without_unseen
+from onboard.perception.map import ldem
+from onboard.perception.map.cell_classes import classify
+from onboard.perception.map.stop_map import StopMap, look, remember
+from onboard.perception.map.unseen_cells import without_unseen
 from onboard.planning.local.poses import ORIENTATIONS, Freedom, pose_freedom, pose_index, reachable
 from onboard.records import F64, Bool, Grid, Pose, Scan, Surface
 from tests.missions.fields import FIELDS

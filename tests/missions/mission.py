@@ -15,9 +15,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from onboard.config import Rover
-from onboard.perception import ldem
-from onboard.perception.cell_classes import classify
-from onboard.perception.stop_map import NO_POINTS, StopMap, look, remember
+from onboard.perception.map import ldem
+from onboard.perception.map.cell_classes import classify
+from onboard.perception.map.stop_map import NO_POINTS, StopMap, look, remember
 from onboard.planning.cycle import plan
 from onboard.planning.fences import Fence
 from onboard.planning.guard.wheel_footprint import lattice

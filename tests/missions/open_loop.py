@@ -19,8 +19,8 @@ import numpy as np
 from rich.table import Table
 
 from onboard.config import Rover, load
-from onboard.perception import ldem
-from onboard.perception.cell_classes import classify
+from onboard.perception.map import ldem
+from onboard.perception.map.cell_classes import classify
 from onboard.planning.guard import drive_guard
 from onboard.planning.guard.guarded_leg import MARGIN_M
 from onboard.planning.guard.wheel_footprint import tracks

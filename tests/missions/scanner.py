@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from onboard.config import Config
-from onboard.perception.cloud import hull_boxes
-from onboard.perception.sweep import LINE_S, segments
+from onboard.perception.scan.cloud import hull_boxes
+from onboard.perception.scan.sweep import LINE_S, segments
 from onboard.records import F32, F64, BeamStatus, Pose, Scan, TiltTrack
 from tests.missions.scan_errors import ScanErrors
 from tests.missions.world import World

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from onboard.config import load
-from onboard.perception.cloud import cloud
+from onboard.perception.scan.cloud import cloud
 from tests.missions.scanner import scanner
 from tests.missions.small import world
 

@@ -10,7 +10,7 @@ import pytest
 from scipy import ndimage
 
 from onboard.config import Config
-from onboard.perception.stop_map import look, remember
+from onboard.perception.map.stop_map import look, remember
 from onboard.planning.local import poses
 from onboard.planning.local.poses import Freedom
 from onboard.records import CellClass, Grid, NodeSet, Pose, Surface

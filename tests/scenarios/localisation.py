@@ -32,7 +32,7 @@ from hil.world.operator import TimedCommand
 from hil.world.world import rotate
 from onboard.core.rover import Rover
 from onboard.motion.kinematics import wheel_places
-from onboard.perception.localisation import Localisation
+from onboard.perception.pose.localisation import Localisation
 from onboard.records import F64, Inputs, Outputs, Pose
 from pictures.estimate import Trace
 from protocol.conventions import wrap_rad

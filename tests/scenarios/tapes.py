@@ -23,8 +23,8 @@ from hil.run.in_process import InMemory
 from onboard.config import Localisation as Figures
 from onboard.config import Rover as Geometry
 from onboard.motion.wheel_health import SOUND, WheelHealth, Wheels
-from onboard.perception.localisation import Localisation
-from onboard.perception.registration import RegistrationResult, merge_target, register
+from onboard.perception.pose.localisation import Localisation
+from onboard.perception.pose.registration import RegistrationResult, merge_target, register
 from onboard.records import F32, F64, Bool, ImuSample, Outputs, Pose, WheelState
 from tests.scenarios.localisation import Stop
 

@@ -7,7 +7,7 @@ import pytest
 
 from hil.run.in_process import InMemory
 from hil.scenarios.model import Scenario
-from onboard.perception.localisation import Localisation
+from onboard.perception.pose.localisation import Localisation
 from tests.scenarios.localisation import Watch, ground_of
 from tests.scenarios.tapes import Player, Recorder, load
 

@@ -30,7 +30,7 @@ from onboard.devices.lidar.session import LidarSession
 from onboard.devices.nodes import NODES, Nodes
 from onboard.motion.odometry import Odometry
 from onboard.motion.odometry import OdometryStep as Moved
-from onboard.perception.sweep import segments
+from onboard.perception.scan.sweep import segments
 from onboard.records import Event, ImuSample, Inputs, Outputs, Scan, WheelCommand, WheelMode
 from protocol.conventions import TICK_NS
 from protocol.tables.modes import Mode

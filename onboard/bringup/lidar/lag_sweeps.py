@@ -19,8 +19,8 @@ from onboard.config import Config, Scanning
 from onboard.core.mission.sweep import Sensing, Sweep
 from onboard.devices.lidar.session import LidarSession
 from onboard.devices.nodes import Nodes
-from onboard.perception.sweep import TiltSegment
-from onboard.perception.tilt_lag import nods
+from onboard.perception.scan.sweep import TiltSegment
+from onboard.perception.scan.tilt_lag import nods
 from onboard.records import Inputs, Outputs, Scan
 from protocol.tables.modes import Mode
 

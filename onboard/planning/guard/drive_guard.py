@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from onboard import config
 from onboard.native.elementary import cos, dist, sin, tan
 from onboard.native.linear import inner, product, solve
-from onboard.perception import ldem, strip_map
-from onboard.perception.cell_classes import MOST_SPREAD, classify
+from onboard.perception.map import ldem, strip_map
+from onboard.perception.map.cell_classes import MOST_SPREAD, classify
 from onboard.records import F64, Bool, Cloud, Grid, Ldem, Pose, Surface
 
 EVALUATE_M = 0.05  # motion of the line between two evaluations of the strip

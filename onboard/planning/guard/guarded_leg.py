@@ -15,10 +15,10 @@ import numpy as np
 
 from onboard.config import Config
 from onboard.native import each
-from onboard.perception import ldem, strip_map
-from onboard.perception.cell_classes import classify
-from onboard.perception.cloud import cloud
-from onboard.perception.stop_map import StopMap
+from onboard.perception.map import ldem, strip_map
+from onboard.perception.map.cell_classes import classify
+from onboard.perception.map.stop_map import StopMap
+from onboard.perception.scan.cloud import cloud
 from onboard.planning.guard import drive_guard
 from onboard.planning.guard.drive_guard import Bad, GuardSettings, Watch
 from onboard.planning.guard.wheel_footprint import tracks

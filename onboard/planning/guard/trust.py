@@ -24,7 +24,7 @@ from scipy import ndimage
 
 from onboard.native import each
 from onboard.native.elementary import cos, square
-from onboard.perception.cell_classes import classify
+from onboard.perception.map.cell_classes import classify
 from onboard.planning import mission_rule
 from onboard.planning.guard.drive_guard import ahead_m
 from onboard.planning.guard.wheel_footprint import driven, wheel_squares

@@ -24,7 +24,7 @@ from onboard.bringup.can.jog import Phase
 from onboard.bringup.lidar.lag_report import LagReport
 from onboard.config import Can, Config, Record, Rover, load
 from onboard.devices.nodes import Nodes
-from onboard.perception.tilt_lag import Lag
+from onboard.perception.scan.tilt_lag import Lag
 from onboard.record.writer import Recorder
 from onboard.records import WheelCommand, WheelMode
 from protocol.generated.can_codec import TABLE

@@ -14,8 +14,8 @@ from onboard import config
 from onboard.kernel_calls import cell_classes as cell_door
 from onboard.kernel_calls import poses as pose_door
 from onboard.native import variant
-from onboard.perception import ldem as maps
-from onboard.perception.cell_classes import SPREAD, classify
+from onboard.perception.map import ldem as maps
+from onboard.perception.map.cell_classes import SPREAD, classify
 from onboard.planning.local import poses
 from onboard.records import CellClass, Grid, Ldem, Surface
 from tests import oracles_classes as oracles

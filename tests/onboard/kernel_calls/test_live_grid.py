@@ -14,8 +14,8 @@ from onboard.config import Rover, Scanning
 from onboard.kernel_calls import cells as door
 from onboard.kernel_calls import raster
 from onboard.native import variant
-from onboard.perception.cloud import cloud
-from onboard.perception.live import LiveGrid, mount_of, turn_of
+from onboard.perception.map.live import LiveGrid, mount_of, turn_of
+from onboard.perception.scan.cloud import cloud
 from onboard.records import BeamStatus, Cloud, Grid, Pose, Scan, TiltTrack
 from tests import oracles
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from onboard import config
-from onboard.perception import ldem as ldem_module
+from onboard.perception.map import ldem as ldem_module
 from onboard.planning import cycle, plan_records
 from onboard.planning.fences import KEEP_OUT, Fence
 from onboard.planning.local import poses

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from onboard import config
-from onboard.perception import ldem
-from onboard.perception.cell_classes import classify
+from onboard.perception.map import ldem
+from onboard.perception.map.cell_classes import classify
 from onboard.planning.guard import drive_guard
 from onboard.planning.guard.wheel_footprint import barred, driven, tracks
 from onboard.planning.local.poses import Freedom, pose_index

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from onboard import config
-from onboard.perception import ldem
+from onboard.perception.map import ldem
 from onboard.planning.guard import trust
 from onboard.planning.mission_rule import MissionState, Stop
 from onboard.planning.plan_records import PlanningSettings, PlanRequest
