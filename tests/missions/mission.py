@@ -25,10 +25,10 @@ from onboard.planning.mission_rule import MissionState
 from onboard.planning.plan_records import PlanningSettings, PlanRequest, PlanResult
 from onboard.records import F64, Bool, CellClass, Decision, Gdem, Grid, Pose
 from protocol.conventions import wrap_rad
-from tests.missions.drift import NO_DRIFT, Drift
-from tests.missions.scanner import Scanner
-from tests.missions.touch import between, touches
-from tests.missions.world import HARD, SOFT, World, wheels
+from tests.missions.world.drift import NO_DRIFT, Drift
+from tests.missions.world.scanner import Scanner
+from tests.missions.world.touch import between, touches
+from tests.missions.world.world import HARD, SOFT, World, wheels
 
 TRAIL_POSES = 400
 TURN_STEP_RAD = math.radians(10)

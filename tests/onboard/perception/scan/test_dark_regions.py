@@ -8,7 +8,7 @@ import pytest
 
 from onboard.perception.scan.dark_regions import DEPTH_M, dark_regions
 from onboard.records import BeamStatus, Pose, TiltTrack
-from tests.missions.scan_errors import lost
+from tests.missions.world.scan_errors import lost
 from tests.onboard.loss_rig import CONFIG, FAR_M, TRACK, at_random, beams_from, dark, nothing, sun, sweep, track, window
 
 BEAMS = beams_from()

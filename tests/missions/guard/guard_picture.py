@@ -1,4 +1,4 @@
-"""`python -m tests.missions.guard_picture OUT.png`: a trench opens on even ground, the guard stops."""
+"""`python -m tests.missions.guard.guard_picture OUT.png`: a trench opens on even ground, the guard stops."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from onboard.planning.guard import guarded_leg
 from onboard.records import Grid, Pose
 from pictures.drive_guard import GuardedLegEnd, guard_figure
 from pictures.style import png
-from tests.missions.drift import NO_DRIFT
-from tests.missions.guarded import LINE_M, Guarded
+from tests.missions.guard.guarded import LINE_M, Guarded
 from tests.missions.mission import Errors
-from tests.missions.scanner import scanner
-from tests.missions.world import World
+from tests.missions.world.drift import NO_DRIFT
+from tests.missions.world.scanner import scanner
+from tests.missions.world.world import World
 
 GRID = Grid(-2.975, -2.975, 0.05, 120, 200)
 TRENCH_M, DEEP_M = (2.6, 2.9), 0.12

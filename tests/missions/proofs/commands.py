@@ -16,15 +16,15 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from tests.missions import dark_rock, map_proof, rocks_proof
-from tests.missions.dark_rock import DarkRow, DarkRun
-from tests.missions.map_proof import MapRow, MapRun
 from tests.missions.parallel import fly_all, numbers
-from tests.missions.rocks_proof import RockRow, RockRun
-from tests.missions.scan_errors import DEFAULT
+from tests.missions.proofs import dark_rock, map_proof, rocks_proof
+from tests.missions.proofs.dark_rock import DarkRow, DarkRun
+from tests.missions.proofs.map_proof import MapRow, MapRun
+from tests.missions.proofs.rocks_proof import RockRow, RockRun
 from tests.missions.tables import markdown, put, shown
+from tests.missions.world.scan_errors import DEFAULT
 
-MAPS_PAGE = Path(__file__).parents[2] / "docs" / "maps.md"
+MAPS_PAGE = Path(__file__).parents[3] / "docs" / "maps.md"
 OUT, CPUS = Path("build/missions"), os.cpu_count() or 1
 Seeds = Annotated[str, typer.Option(help="Only these seeds: 1-10 or 3,7.")]
 Workers = Annotated[int, typer.Option(min=1, help="Processes.")]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hil.campaign.truth import TrueWay, true_way
 from onboard.config import Config
-from tests.missions.world import World, true_surface
+from tests.missions.world.world import World, true_surface
 
 
 def truth(world: World, config: Config) -> TrueWay:

@@ -9,11 +9,11 @@ import pytest
 from hil.terrain.rocks import rock_of
 from onboard.config import Rover
 from onboard.records import Pose
-from tests.missions.drift import FLOWN_DRIFT, NO_DRIFT
 from tests.missions.mission import Errors, Kinematic
-from tests.missions.scanner import scanner
-from tests.missions.small import quick, world
-from tests.missions.touch import between, touches
+from tests.missions.world.drift import FLOWN_DRIFT, NO_DRIFT
+from tests.missions.world.scanner import scanner
+from tests.missions.world.small import quick, world
+from tests.missions.world.touch import between, touches
 
 ROVER = Rover()
 

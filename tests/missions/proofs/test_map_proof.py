@@ -7,11 +7,12 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.missions import __main__ as command
-from tests.missions import map_proof, proofs
-from tests.missions.map_proof import MapRow, cases, in_hard_contact, poses_of, shortfalls, summed, sweeps
-from tests.missions.scanner import scanner
-from tests.missions.small import quick, world
+from tests.missions.proofs import commands as proofs
+from tests.missions.proofs import map_proof
+from tests.missions.proofs.map_proof import MapRow, cases, in_hard_contact, poses_of, shortfalls, summed, sweeps
 from tests.missions.tables import put
+from tests.missions.world.scanner import scanner
+from tests.missions.world.small import quick, world
 
 SMALL = scanner(quick())
 ROW = MapRow("campaign", 1, "1 % lost, single", 1000, 900, 990, 890, 3, 3, 0)

@@ -7,9 +7,9 @@ import pytest
 
 from onboard.config import load
 from onboard.records import BeamStatus, Scan
-from tests.missions.guarded import line_scanner
-from tests.missions.scan_errors import CLUMP, EDGE_M, ScanErrors, lost, mixed, outliers
-from tests.missions.small import world
+from tests.missions.guard.guarded import line_scanner
+from tests.missions.world.scan_errors import CLUMP, EDGE_M, ScanErrors, lost, mixed, outliers
+from tests.missions.world.small import world
 
 LINES, BEAMS = 200, 500
 

@@ -24,10 +24,10 @@ from onboard.config import Config, Rover
 from onboard.planning.local.poses import ORIENTATIONS, Freedom, pose_freedom
 from onboard.records import F64, I32, U8, BeamStatus, Grid, Pose, Scan
 from protocol.conventions import WHEEL_SIGNS
-from tests.missions.map_proof import map_of, surface_around
-from tests.missions.scan_errors import DEFAULT, ScanErrors
-from tests.missions.scanner import FAR_M, Scanner, scanner
-from tests.missions.world import Triangles, World, of_field
+from tests.missions.proofs.map_proof import map_of, surface_around
+from tests.missions.world.scan_errors import DEFAULT, ScanErrors
+from tests.missions.world.scanner import FAR_M, Scanner, scanner
+from tests.missions.world.world import Triangles, World, of_field
 
 HEIGHTS_M, WIDTHS_M, AWAYS_M = (0.07, 0.08, 0.10, 0.15), (0.15, 0.40), (2.0, 4.0, 6.0, 8.0)
 SEEDS = tuple(range(1, 51))  # places of each height and distance

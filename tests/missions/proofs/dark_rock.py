@@ -19,13 +19,13 @@ from onboard.perception.map.stop_map import StopMap
 from onboard.planning.local.poses import pose_freedom
 from onboard.records import Pose
 from tests.missions.campaign import REGISTERED
-from tests.missions.drift import FLOWN_DRIFT
-from tests.missions.map_proof import surface_around
 from tests.missions.mission import Kinematic
-from tests.missions.rocks_proof import MEDIAN_SLOPE_DEG, SALT, free_of, rolling_over, standing, top_of
-from tests.missions.scan_errors import DEFAULT, ScanErrors
-from tests.missions.scanner import scanner
-from tests.missions.world import Triangles, World, of_field
+from tests.missions.proofs.map_proof import surface_around
+from tests.missions.proofs.rocks_proof import MEDIAN_SLOPE_DEG, SALT, free_of, rolling_over, standing, top_of
+from tests.missions.world.drift import FLOWN_DRIFT
+from tests.missions.world.scan_errors import DEFAULT, ScanErrors
+from tests.missions.world.scanner import scanner
+from tests.missions.world.world import Triangles, World, of_field
 
 SEEDS = tuple(range(1, 11))
 SIDE_M, AWAY_M, GOAL_M = 0.2, (2.0, 7.0), 9.0

@@ -11,9 +11,10 @@ from hil.terrain.rocks import rock_of, rock_top
 from onboard.config import Config, Rover
 from onboard.records import BeamStatus, Grid, Pose
 from tests.missions import __main__ as command
-from tests.missions import dark_rock, proofs, rocks_proof
-from tests.missions.dark_rock import DarkRow
-from tests.missions.rocks_proof import (
+from tests.missions.proofs import commands as proofs
+from tests.missions.proofs import dark_rock, rocks_proof
+from tests.missions.proofs.dark_rock import DarkRow
+from tests.missions.proofs.rocks_proof import (
     AWAYS_M,
     HEIGHTS_M,
     RockRow,
@@ -25,9 +26,9 @@ from tests.missions.rocks_proof import (
     thinned,
     top_of,
 )
-from tests.missions.scan_errors import DEFAULT
-from tests.missions.scanner import scanner
-from tests.missions.world import wheels
+from tests.missions.world.scan_errors import DEFAULT
+from tests.missions.world.scanner import scanner
+from tests.missions.world.world import wheels
 
 pytestmark = pytest.mark.tool
 

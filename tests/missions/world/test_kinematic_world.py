@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from onboard.config import Rover
-from tests.missions.small import world
-from tests.missions.world import CLEAR, HARD, SOFT
+from tests.missions.world.small import world
+from tests.missions.world.world import CLEAR, HARD, SOFT
 
 ROVER = Rover()
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from onboard.config import Config, load
 from onboard.records import F64, Grid, Pose
-from tests.missions.world import World
+from tests.missions.world.world import World
 
 QUICK = {
     "mission.leg_m": 100.0, "scanning.start_rad": 0.9, "scanning.spacing_m": 0.12, "scanning.floor_rad": 0.003,

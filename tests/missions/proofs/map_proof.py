@@ -25,10 +25,10 @@ from onboard.perception.map.stop_map import StopMap, look, remember
 from onboard.perception.map.unseen_cells import without_unseen
 from onboard.planning.local.poses import ORIENTATIONS, Freedom, pose_freedom, pose_index, reachable
 from onboard.records import F64, Bool, Grid, Pose, Scan, Surface
-from tests.missions.fields import FIELDS
-from tests.missions.scan_errors import CLUMP, DEFAULT, ScanErrors
-from tests.missions.scanner import Scanner, scanner
-from tests.missions.world import HARD, World
+from tests.missions.world.fields import FIELDS
+from tests.missions.world.scan_errors import CLUMP, DEFAULT, ScanErrors
+from tests.missions.world.scanner import Scanner, scanner
+from tests.missions.world.world import HARD, World
 
 I64 = NDArray[np.int64]
 

@@ -1,7 +1,7 @@
 """Shares of lost beams on sound ground under a realistic scanner: the table of docs/lost-beams.md.
 
-`python -m tests.missions.lost_beams`: fields of the campaign, two sweeps each. Every beam that meets ground flatter
-than 5 degrees is lost; half of the further loss is single beams, half clumps of 3 to 30.
+`python -m tests.missions.proofs.lost_beams`: fields of the campaign, two sweeps each. Every beam that meets ground
+flatter than 5 degrees is lost; half of the further loss is single beams, half clumps of 3 to 30.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from onboard.config import Config
 from onboard.core.faults.devices.returns import ReturnWatch
 from onboard.perception.scan.lost_beams import lost_beams
 from onboard.records import BeamStatus, Bool, Pose, Scan
-from tests.missions.fields import main_field
-from tests.missions.scanner import BEAM_NS, LINE_NS, STEP_RAD, Scanner, scanner
-from tests.missions.world import World
+from tests.missions.world.fields import main_field
+from tests.missions.world.scanner import BEAM_NS, LINE_NS, STEP_RAD, Scanner, scanner
+from tests.missions.world.world import World
 
 SEEDS = (2, 5, 9, *range(1, 35, 3))
 RATIOS = (0.01, 0.03, 0.08)

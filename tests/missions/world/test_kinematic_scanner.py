@@ -8,8 +8,8 @@ import pytest
 
 from onboard.config import load
 from onboard.perception.scan.cloud import cloud
-from tests.missions.scanner import scanner
-from tests.missions.small import world
+from tests.missions.world.scanner import scanner
+from tests.missions.world.small import world
 
 CONFIG = load(None, {"scanning.range_m": 10.5})
 

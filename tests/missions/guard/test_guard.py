@@ -7,13 +7,13 @@ import pytest
 
 from onboard.config import load
 from onboard.records import Grid, Pose
-from tests.missions.drift import Drift
-from tests.missions.fields import pits
-from tests.missions.guard_runs import GUARDED, REGISTERED
-from tests.missions.guarded import Guarded, in_hole, really_bad
-from tests.missions.open_loop import Put, outcomes
-from tests.missions.scanner import scanner
-from tests.missions.world import World
+from tests.missions.guard.guard_runs import GUARDED, REGISTERED
+from tests.missions.guard.guarded import Guarded, in_hole, really_bad
+from tests.missions.guard.open_loop import Put, outcomes
+from tests.missions.world.drift import Drift
+from tests.missions.world.fields import pits
+from tests.missions.world.scanner import scanner
+from tests.missions.world.world import World
 
 pytestmark = pytest.mark.campaign
 

@@ -22,11 +22,11 @@ from onboard.planning.mission_rule import interrupted
 from onboard.planning.plan_records import GuardLine, PlanResult
 from onboard.records import F64, BeamStatus, CellClass, Cloud, Decision, Pose, Scan, Surface
 from protocol.conventions import wrap_rad
-from tests.missions.drift import FLOWN_DRIFT, Drift
 from tests.missions.mission import Errors, Flight, Kinematic, unseen
-from tests.missions.scan_errors import ScanErrors
-from tests.missions.scanner import BEAM_NS, FAR_M, STEP_RAD, Scanner, hull_way_m
-from tests.missions.world import World, wheels
+from tests.missions.world.drift import FLOWN_DRIFT, Drift
+from tests.missions.world.scan_errors import ScanErrors
+from tests.missions.world.scanner import BEAM_NS, FAR_M, STEP_RAD, Scanner, hull_way_m
+from tests.missions.world.world import World, wheels
 
 LINE_M, LINE_RAD = 0.022, math.radians(1.5)
 FEEL_M, FEEL_RAD = 0.05, math.radians(11.25)  # contacts and tracks are checked this often

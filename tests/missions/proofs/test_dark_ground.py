@@ -16,10 +16,10 @@ from hil.world.surfaces import Surfaces
 from onboard.config import Config
 from onboard.planning.local.poses import Freedom, pose_freedom
 from onboard.records import BeamStatus, Pose, Scan
-from tests.missions.map_proof import map_of, surface_around
-from tests.missions.scan_errors import DEFAULT
-from tests.missions.scanner import Scanner, scanner
-from tests.missions.world import of_field
+from tests.missions.proofs.map_proof import map_of, surface_around
+from tests.missions.world.scan_errors import DEFAULT
+from tests.missions.world.scanner import Scanner, scanner
+from tests.missions.world.world import of_field
 
 MADE = scanner(Config())
 GRAZING = LidarErrors(grazing_rad=math.radians(5.0))

@@ -9,10 +9,10 @@ from rich.table import Table
 
 from onboard.config import load
 from tests.missions.campaign import REGISTERED
-from tests.missions.fields import FIELDS
-from tests.missions.guarded import Guarded, GuardedFlight
-from tests.missions.scan_errors import ScanErrors
-from tests.missions.scanner import scanner
+from tests.missions.guard.guarded import Guarded, GuardedFlight
+from tests.missions.world.fields import FIELDS
+from tests.missions.world.scan_errors import ScanErrors
+from tests.missions.world.scanner import scanner
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,10 @@ from onboard.perception.map.stop_map import look, remember
 from onboard.planning.local import poses
 from onboard.planning.local.poses import Freedom
 from onboard.records import CellClass, Grid, NodeSet, Pose, Surface
-from tests.missions.fields import main_field, pits
-from tests.missions.map_proof import surface_around
-from tests.missions.scanner import hull_way_m, scanner
-from tests.missions.world import HARD, HARD_BELLY_M, SOFT, World, true_surface
+from tests.missions.proofs.map_proof import surface_around
+from tests.missions.world.fields import main_field, pits
+from tests.missions.world.scanner import hull_way_m, scanner
+from tests.missions.world.world import HARD, HARD_BELLY_M, SOFT, World, true_surface
 
 CONFIG = Config()
 SCANNER = scanner(CONFIG)

@@ -19,7 +19,7 @@ from hil.terrain.rocks import rock_top
 from onboard.config import Rover
 from onboard.records import Pose
 from protocol.conventions import WHEEL_SIGNS, wrap_rad
-from tests.missions.world import World, wheels
+from tests.missions.world.world import World, wheels
 
 SAMPLE_M = 0.0125
 STEP_M, STEP_RAD = 0.02, math.radians(2.0)  # between two poses contact is checked this often

@@ -25,13 +25,13 @@ from onboard.planning.guard import drive_guard
 from onboard.planning.guard.guarded_leg import MARGIN_M
 from onboard.planning.guard.wheel_footprint import tracks
 from onboard.records import F64, Pose
-from tests.missions.fields import main_field
-from tests.missions.guard_runs import GUARDED
-from tests.missions.guarded import STOPPING_M, Guarded
+from tests.missions.guard.guard_runs import GUARDED
+from tests.missions.guard.guarded import STOPPING_M, Guarded
 from tests.missions.mission import Errors
-from tests.missions.scanner import scanner
-from tests.missions.truth import truth
-from tests.missions.world import World, wheels
+from tests.missions.world.fields import main_field
+from tests.missions.world.scanner import scanner
+from tests.missions.world.truth import truth
+from tests.missions.world.world import World, wheels
 
 LEG_M, FROM_M = 4.0, 2.5
 AT_ONCE = 8  # fields

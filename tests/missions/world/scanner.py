@@ -15,8 +15,8 @@ from onboard.config import Config
 from onboard.perception.scan.cloud import hull_boxes
 from onboard.perception.scan.sweep import LINE_S, segments
 from onboard.records import F32, F64, BeamStatus, Pose, Scan, TiltTrack
-from tests.missions.scan_errors import ScanErrors
-from tests.missions.world import World
+from tests.missions.world.scan_errors import ScanErrors
+from tests.missions.world.world import World
 
 STEP_RAD, BEAM_NS, LINE_NS = math.radians(0.25), 25e6 / 1440, round(LINE_S * 1e9)
 TRACK_NS = 10_000_000

@@ -24,7 +24,7 @@ from hil.terrain.mesh import block_mean, slopes_deg
 from hil.terrain.rock_sizes import Golombek, PowerLaw, RockLaw
 from hil.terrain.rocks import scatter_rocks
 from onboard.records import F32, F64, Gdem, Grid, Pose
-from tests.missions.world import Triangles, World, of_field
+from tests.missions.world.world import Triangles, World, of_field
 
 CELL_M, SIDE_M, FAR_SIDE_M = 0.05, 20.0, 50.0
 EDGE_M = 1.5  # of start and goal from the border
