@@ -9,8 +9,8 @@ from collections.abc import Sequence
 
 from hil.campaign.mission import LIMIT_S, bench_to_goal
 from hil.scenarios.model import Scenario
-from tests.scenarios import losses
-from tests.scenarios.flown import Row, line
+from tests.scenarios.goals import losses
+from tests.scenarios.goals.flown import Row, line
 
 SEEDS = tuple(range(101, 131))
 SHORT = (101, 103)

@@ -21,10 +21,10 @@ from hil.plant.plant import PlantAbortError
 from hil.scenarios.model import Scenario
 from onboard.records import Event
 from protocol.tables.faults import BY_NAME
-from tests.scenarios.flown import GOAL_M, contact_words
-from tests.scenarios.hostilities import HOSTILITIES
+from tests.scenarios.goals.flown import GOAL_M, contact_words
+from tests.scenarios.hostile.hostilities import HOSTILITIES
+from tests.scenarios.hostile.siege import Attack, Siege
 from tests.scenarios.library import replayed_elsewhere
-from tests.scenarios.siege import Attack, Siege
 
 SEEDS, SHORT = tuple(range(1, 31)), (23, 24)
 COUNT, EARLIEST_S, LATEST_S = 3, 5.0, 200.0

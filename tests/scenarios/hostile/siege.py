@@ -21,8 +21,8 @@ from hil.run.in_process import CAMPAIGN_STEP_NS, InMemory, Observe
 from hil.scenarios.model import Scenario
 from onboard.records import Chunk, Frame, Inputs, LinkMessage, Outputs, PortState
 from protocol.link.datagrams import Sealer, bench_keys
-from tests.scenarios.doors import Doors
-from tests.scenarios.hostilities import HOSTILITIES
+from tests.scenarios.hostile.doors import Doors
+from tests.scenarios.hostile.hostilities import HOSTILITIES
 
 NS = 1_000_000_000
 LONGEST_S, AFTER_S = 90.0, 5.0

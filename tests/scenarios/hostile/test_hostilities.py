@@ -13,10 +13,10 @@ from protocol.link.datagrams import DatagramKind
 from protocol.link.transactions import Executor
 from protocol.tables.modes import Mode
 from tests.scenarios import __main__ as command
-from tests.scenarios import chaos
-from tests.scenarios.chaos import COUNT, Row, broken, drawn, named, summary
-from tests.scenarios.hostilities import HOSTILITIES, absurd_payloads
-from tests.scenarios.siege import Attack, Siege
+from tests.scenarios.hostile import chaos
+from tests.scenarios.hostile.chaos import COUNT, Row, broken, drawn, named, summary
+from tests.scenarios.hostile.hostilities import HOSTILITIES, absurd_payloads
+from tests.scenarios.hostile.siege import Attack, Siege
 
 pytestmark = pytest.mark.tool
 

@@ -1,7 +1,7 @@
 """Sensor data of bench flights, stored on disk, and a run of the estimator over them.
 
-    python -m tests.scenarios.play_tapes record 101-104,121,131       flies each seed of the campaign `localisation`
-    python -m tests.scenarios.play_tapes run 101-104 --set slope_slip_ratio=0.3 --set registration_scale=0.6
+    python -m tests.scenarios.pose.play_tapes record 101-104,121,131  flies each seed of the campaign `localisation`
+    python -m tests.scenarios.pose.play_tapes run 101-104 --set slope_slip_ratio=0.3 --set registration_scale=0.6
 
 A flight takes a minute and a half, its tape some seconds. The path is that of the flight, whatever the estimate is, so
 noise figures are fitted on tapes and judged in flights. With the figures of the flight the estimate is bit for bit that
@@ -26,7 +26,7 @@ from onboard.motion.wheel_health import SOUND, WheelHealth, Wheels
 from onboard.perception.pose.localisation import Localisation
 from onboard.perception.pose.registration import RegistrationResult, merge_target, register
 from onboard.records import F32, F64, Bool, ImuSample, Outputs, Pose, WheelState
-from tests.scenarios.localisation import Stop
+from tests.scenarios.pose.localisation import Stop
 
 UNKNOWN = (math.nan,) * 3
 

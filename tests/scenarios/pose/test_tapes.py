@@ -8,8 +8,8 @@ import pytest
 from hil.run.in_process import InMemory
 from hil.scenarios.model import Scenario
 from onboard.perception.pose.localisation import Localisation
-from tests.scenarios.localisation import Watch, ground_of
-from tests.scenarios.tapes import Player, Recorder, load
+from tests.scenarios.pose.localisation import Watch, ground_of
+from tests.scenarios.pose.tapes import Player, Recorder, load
 
 pytestmark = [pytest.mark.mission, pytest.mark.xdist_group("tape")]  # flown once
 

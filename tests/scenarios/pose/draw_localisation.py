@@ -1,4 +1,4 @@
-"""`python -m tests.scenarios.draw_localisation SEED FILE.png`: a flight of the campaign as a picture."""
+"""`python -m tests.scenarios.pose.draw_localisation SEED FILE.png`: a flight of the campaign as a picture."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pictures.estimate import estimate_figure
 from pictures.style import png
-from tests.scenarios.localisation import flown
+from tests.scenarios.pose.localisation import flown
 
 if __name__ == "__main__":
     _, watch = flown(int(sys.argv[1]))

@@ -13,10 +13,10 @@ from hil.scenarios.model import Scenario
 from hil.terrain.fields import demo_field
 from onboard.config import Rover
 from tests.scenarios import __main__ as command
-from tests.scenarios import fresh, losses, three_goals
-from tests.scenarios.flown import HEADS, Row, broken, contact_words, ended, true_reason, with_losses
+from tests.scenarios.goals import fresh, losses, three_goals
+from tests.scenarios.goals.flown import HEADS, Row, broken, contact_words, ended, true_reason, with_losses
+from tests.scenarios.goals.three_goals import GOALS, clear_m, goals_of, turning_m
 from tests.scenarios.registry import CAMPAIGNS
-from tests.scenarios.three_goals import GOALS, clear_m, goals_of, turning_m
 
 pytestmark = pytest.mark.tool
 

@@ -4,9 +4,9 @@
     CAN bus ----+--> Outside --> the ports          ends    faults by which a mission may end; none: it must go on
     link, disk -+                                   felt    count of the flight program that must rise
 
-`act` is called in each tick of the hostility and changes the Outside (tests/scenarios/siege.py); `heal` once at its
-end. A mission that ends by any other fault, or raises a fault of no row, reported an untruth. To add a row, add it
-here: tests/scenarios/test_hostilities.py checks that each reaches the flight program.
+`act` is called in each tick of the hostility and changes the Outside (siege.py); `heal` once at its end. A mission that
+ends by any other fault, or raises a fault of no row, reported an untruth. To add a row, add it here:
+test_hostilities.py checks that each reaches the flight program.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from protocol.tables import commands
 from protocol.tables.modes import Mode
 
 if TYPE_CHECKING:
-    from tests.scenarios.siege import Outside
+    from tests.scenarios.hostile.siege import Outside
 
 Rng = np.random.Generator
 Act = Callable[["Outside", Rng], None]

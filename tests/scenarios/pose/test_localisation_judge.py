@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.scenarios.localisation import BAND_M, SLOPE_DEG, Row, ground_of, judge, slope
+from tests.scenarios.pose.localisation import BAND_M, SLOPE_DEG, Row, ground_of, judge, slope
 
 pytestmark = pytest.mark.tool
 

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from hil.campaign.mission import LIMIT_S, Watch, bench_to_goal, outcome_of
 from hil.run.in_process import InMemory
 from hil.scenarios.model import Scenario
-from tests.scenarios.flown import Row, broken, ended, line, with_losses
+from tests.scenarios.goals.flown import Row, broken, ended, line, with_losses
 
 PERCENTS, FIELDS = (1, 3, 8), range(1, 31)
 SEEDS = tuple(100 * percent + field for percent in PERCENTS for field in FIELDS)

@@ -25,7 +25,7 @@ from onboard.config import Planning, Rover
 from onboard.planning.local import poses
 from onboard.records import F64, Bool
 from protocol.conventions import wrap_rad
-from tests.scenarios.flown import Row, broken, ended, line
+from tests.scenarios.goals.flown import Row, broken, ended, line
 
 SEEDS = tuple(range(1, 21))
 SHORT = (1,)

@@ -84,7 +84,7 @@ class Stop(NamedTuple):
 
 
 class Recorder(Protocol):
-    """Recorder of a flight (tests/scenarios/tapes.py)."""
+    """Recorder of a flight (tests/scenarios/pose/tapes.py)."""
 
     def attach(self, bench: InMemory) -> None:
         """Attach to a bench before its first step."""

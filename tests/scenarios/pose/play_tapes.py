@@ -1,4 +1,4 @@
-"""`python -m tests.scenarios.play_tapes`: records flights as tapes, and estimates over them with other figures."""
+"""`python -m tests.scenarios.pose.play_tapes`: records flights as tapes, and estimates over them with other figures."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from scipy.stats import chi2
 
 from onboard.config import Localisation as Figures
 from tests.missions.parallel import numbers
-from tests.scenarios.localisation import BAND, Stop, flown
-from tests.scenarios.tapes import Player, Recorder, Tape, load
+from tests.scenarios.pose.localisation import BAND, Stop, flown
+from tests.scenarios.pose.tapes import Player, Recorder, Tape, load
 
 OUT = Path("build/tapes")
 AXES = ("x", "y", "z", "yaw")
