@@ -18,9 +18,9 @@ from onboard.planning.local.poses import Freedom, closeness, pose_freedom
 from onboard.planning.mission_rule import MissionState
 from onboard.planning.plan_records import PlanningSettings, PlanRequest
 from onboard.records import Cloud, Grid, Pose, Surface
-from tests import oracles_classes
 from tests.bench.goals import Measured, against, seconds
 from tests.bench.mapping import sweep
+from tests.oracles import classes as oracles_classes
 
 SIDE, CELL_M = 200, 0.1
 

@@ -18,7 +18,7 @@ from onboard.perception.map import ldem as maps
 from onboard.perception.map.cell_classes import SPREAD, classify
 from onboard.planning.local import poses
 from onboard.records import CellClass, Grid, Ldem, Surface
-from tests import oracles_classes as oracles
+from tests.oracles import classes as oracles
 
 MAPPING, ROVER, PLANNING = config.Mapping_(), config.Rover(), config.Planning()
 LAW = settings(max_examples=40, deadline=None, derandomize=True)

@@ -16,7 +16,7 @@ from onboard.kernel_calls.progress import CancelledError, Progress
 from onboard.native import variant
 from onboard.planning import global_path
 from onboard.records import Gdem, Grid
-from tests import oracles_global as oracle
+from tests.oracles import global_field as oracle
 
 PLANNING = Planning()
 LAW = settings(max_examples=20, deadline=None, derandomize=True)

@@ -11,7 +11,7 @@ from onboard.kernel_calls import pose_field as door
 from onboard.kernel_calls import raster
 from onboard.planning.local import pose_field
 from onboard.records import Cloud, Grid
-from tests import oracles
+from tests.oracles import cells as oracles
 
 GRID = Grid(x0_m=-0.55, y0_m=-0.75, cell_m=0.1, rows=16, columns=12)
 LAW = settings(max_examples=15, deadline=None, derandomize=True)

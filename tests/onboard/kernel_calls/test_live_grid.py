@@ -17,7 +17,7 @@ from onboard.native import variant
 from onboard.perception.map.live import LiveGrid, mount_of, turn_of
 from onboard.perception.scan.cloud import cloud
 from onboard.records import BeamStatus, Cloud, Grid, Pose, Scan, TiltTrack
-from tests import oracles
+from tests.oracles import cells as oracles
 
 GRID = Grid(x0_m=-0.55, y0_m=-0.75, cell_m=0.1, rows=16, columns=12)
 FIELD = Grid(x0_m=-9.95, y0_m=-9.95, cell_m=0.1, rows=200, columns=200)

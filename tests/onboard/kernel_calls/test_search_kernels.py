@@ -14,7 +14,7 @@ from onboard.kernel_calls.progress import CancelledError, Progress
 from onboard.native import variant
 from onboard.planning.local.pose_field import moves_m
 from onboard.records import Grid
-from tests import oracles_search as oracles
+from tests.oracles import search as oracles
 
 LAW = settings(max_examples=40, deadline=None, derandomize=True)
 CELL_M = 0.1

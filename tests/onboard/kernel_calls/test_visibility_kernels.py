@@ -14,7 +14,7 @@ from onboard.kernel_calls import visibility as door
 from onboard.kernel_calls.progress import CancelledError, Progress
 from onboard.native import variant
 from onboard.planning.sensing import visibility
-from tests import oracles_visibility as oracles
+from tests.oracles import visibility as oracles
 
 TABLE = visibility.beams(2.3, 0.1, 77)
 

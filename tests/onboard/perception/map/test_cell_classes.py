@@ -14,7 +14,7 @@ from onboard.perception.map import ldem as maps
 from onboard.perception.map.cell_classes import SPREAD, classify
 from onboard.planning.local.poses import Freedom, pose_freedom
 from onboard.records import CellClass, Cloud, Grid, Ldem, Pose
-from tests import oracles
+from tests.oracles import cells as oracles
 
 MAPPING = config.Mapping_()
 LAW = settings(max_examples=15, deadline=None, derandomize=True)

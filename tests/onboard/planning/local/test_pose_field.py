@@ -13,7 +13,7 @@ from scipy.sparse import csgraph
 
 from onboard import config
 from onboard.planning.local import pose_field
-from tests import oracles
+from tests.oracles import cells as oracles
 
 PLANNING = config.Planning()
 CELL_M = 0.1

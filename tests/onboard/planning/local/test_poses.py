@@ -14,7 +14,7 @@ from onboard import config
 from onboard.planning.local import pose_field, poses
 from onboard.planning.local.poses import Freedom
 from onboard.records import CellClass, Grid, NodeSet, Surface
-from tests import oracles
+from tests.oracles import cells as oracles
 
 ROVER, PLANNING = config.Rover(), config.Planning()
 LAW = settings(max_examples=8, deadline=None, derandomize=True)

@@ -13,7 +13,7 @@ from onboard.planning.sensing import visibility
 from onboard.planning.sensing.gain import GAINS, Eyes, Sight
 from onboard.planning.sensing.next_position import Criterion, Question
 from onboard.records import Grid
-from tests import oracles_next_position as plain
+from tests.oracles import next_position as plain
 
 SIDE = 16
 GRID = Grid(0.05, 0.05, 0.1, SIDE, SIDE)

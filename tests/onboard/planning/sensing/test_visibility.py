@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from onboard.planning.sensing import visibility
 from onboard.planning.sensing.visibility import Sector, VisibilityRequest
-from tests import oracles_visibility as oracles
+from tests.oracles import visibility as oracles
 
 LAW = settings(max_examples=25, deadline=None, derandomize=True)
 BEAMS = visibility.beams(0.9, 0.1, 60)

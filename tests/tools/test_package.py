@@ -25,7 +25,7 @@ from tools.install import PYTHON, Place, install, uninstall
 
 pytestmark = pytest.mark.tool
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 INTERPRETER = os.path.realpath(sys.executable)
 ANALYZE, DPKG = shutil.which("systemd-analyze"), shutil.which("dpkg-deb")
 

@@ -4,7 +4,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-SCRIPT = Path(__file__).parent.parent / "tools" / "check_system.sh"
+SCRIPT = Path(__file__).parents[2] / "tools" / "check_system.sh"
 
 
 def check(python, path):

@@ -15,7 +15,7 @@ from tools import extras
 
 pytestmark = pytest.mark.tool
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 OURS = ("protocol", "transport", "onboard", "ground", "hil", "pictures")
 BENCH = {"pybullet", "viser", "embreex", "trimesh", "matplotlib", "pillow", "duckdb", "pydantic", "pytest"}
 OF_A_BUSY_COMPUTER = {"drift", "time", "gaps"}  # findings of `lidar check` that depend on when a process runs
