@@ -189,16 +189,16 @@ $(ROVER)/.project: $(ROVER)/.packages $(NATIVE) $(shell git ls-files '*.py')
 rover: $(ROVER)/.project ## an environment in .rover with the extra `onboard` alone, Python 3.11 to 3.13; ROVER=folder
 
 locks: .venv/.packages ## the locks of the extras anew from requirements.lock, with their sizes
-	@$(B)/python -m tools.extras
+	@$(B)/python -m tools.installation.extras
 
 install: $(FLIES)/.project ## the flight program as a service: PREFIX=/usr/local, DESTDIR=, SYSCONFDIR=/etc, FLIES=.rover; docs/service.md
-	@"$(FLIES)/bin/python" -m tools.install install --prefix "$(PREFIX)" --destdir "$(DESTDIR)" --sysconfdir "$(SYSCONFDIR)"
+	@"$(FLIES)/bin/python" -m tools.installation.install install --prefix "$(PREFIX)" --destdir "$(DESTDIR)" --sysconfdir "$(SYSCONFDIR)"
 
 uninstall: $(FLIES)/.project ## take it away again, with the same PREFIX; configuration, state and records stay
-	@"$(FLIES)/bin/python" -m tools.install uninstall --prefix "$(PREFIX)" --destdir "$(DESTDIR)" --sysconfdir "$(SYSCONFDIR)"
+	@"$(FLIES)/bin/python" -m tools.installation.install uninstall --prefix "$(PREFIX)" --destdir "$(DESTDIR)" --sysconfdir "$(SYSCONFDIR)"
 
 deb: $(FLIES)/.project ## the same as a Debian package in build/deb, for this machine's architecture
-	@"$(FLIES)/bin/python" -m tools.make_deb
+	@"$(FLIES)/bin/python" -m tools.installation.make_deb
 
 size: ## lines of each package
 	@git ls-files '*.py' '*.hpp' '*.cpp' | grep -v -e can_codec.py -e can_frames.py -e eldorado_dialect.py | xargs wc -l | sort -n | tail -40

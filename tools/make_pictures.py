@@ -26,7 +26,7 @@ from pictures.scan3d import scan_figure  # noqa: E402
 from pictures.style import png  # noqa: E402
 from pictures.terrain import Ground  # noqa: E402
 from tests.onboard import nodding  # noqa: E402
-from tools.motion_pictures import DRIVEN  # noqa: E402
+from tools.drawings.motion import DRIVEN  # noqa: E402
 
 PICTURES = ROOT / "docs" / "pictures"
 CELL_M, SIZE, STRIDE, HURST = 0.1, 80, 2, 0.8

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tools import extras
+from tools.installation import extras
 
 pytestmark = pytest.mark.tool
 

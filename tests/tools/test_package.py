@@ -18,10 +18,10 @@ import pytest
 
 from onboard.config import load
 from onboard.record import made_by
-from tools import install as installer
-from tools import make_deb
-from tools.extras import closure
-from tools.install import PYTHON, Place, install, uninstall
+from tools.installation import install as installer
+from tools.installation import make_deb
+from tools.installation.extras import closure
+from tools.installation.install import PYTHON, Place, install, uninstall
 
 pytestmark = pytest.mark.tool
 

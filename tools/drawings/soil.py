@@ -1,4 +1,4 @@
-"""Measure and draw slip over slope for docs/soil.md: python -m tools.draw_soil [FOLDER]; takes a minute."""
+"""Measure and draw slip over slope for docs/soil.md: python -m tools.drawings.soil [FOLDER]; takes a minute."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from hil.plant.slopes import SLOPES_DEG, slip
 from pictures import slopes
 from pictures.style import png
 
-FOLDER = Path(__file__).parents[1] / "docs" / "pictures"
+FOLDER = Path(__file__).parents[2] / "docs" / "pictures"
 SOILS = ("firm", "nominal", "soft")
 
 

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from importlib.metadata import Distribution, distribution
 from pathlib import Path
 
-from tools.extras import LOCK, closure, plain
+from tools.installation.extras import LOCK, closure, plain
 
 _TEXTS = re.compile(r"(?i)(^|[-_.])(licen[cs]es?|copying|notice|copyright)([-_.]|$)")
 _MOST_CHARACTERS = 60  # a longer field is a licence text, not a name
@@ -30,7 +30,9 @@ def licence(package: Distribution) -> str:
         return named
     if classes:
         return " or ".join(classes)
-    raise LookupError(f"{fields['Name']} names no licence in its metadata: add it to tools/licences.py by hand")
+    raise LookupError(
+        f"{fields['Name']} names no licence in its metadata: add it to tools/installation/licences.py by hand"
+    )
 
 
 def locked(text: str) -> list[str]:

@@ -1,7 +1,7 @@
 """`make deb`: a Debian package of the tree that `make install` writes below build/deb/root, without Debian's tools.
 
 A .deb is an `ar` of three members: debian-binary ("2.0"), control.tar.gz (fields, conffiles, checksums, the scripts of
-tools/service) and data.tar.gz. Owners, times and order are fixed: the same tree gives the same bytes.
+tools/installation/service) and data.tar.gz. Owners, times and order are fixed: the same tree gives the same bytes.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import tarfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from tools.install import SERVICE, Place, install, version
+from tools.installation.install import SERVICE, Place, install, version
 
 SCRIPTS = ("postinst", "prerm", "postrm")
 ARCHITECTURES = {"x86_64": "amd64", "aarch64": "arm64"}
@@ -111,7 +111,7 @@ def _zipped(data: bytes) -> bytes:
 
 def main() -> int:
     """Command line of `make deb`."""
-    parser = argparse.ArgumentParser(prog="tools.make_deb", description=__doc__)
+    parser = argparse.ArgumentParser(prog="tools.installation.make_deb", description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("build/deb"))
     out: Path = parser.parse_args().out
     architecture = ARCHITECTURES.get(platform.machine(), platform.machine())

@@ -31,10 +31,10 @@ from pathlib import Path
 from py_compile import PycInvalidationMode
 
 from onboard.record.made_by import COMMIT
-from tools.extras import closure
+from tools.installation.extras import closure
 
-ROOT = Path(__file__).parents[1]
-SERVICE = ROOT / "tools" / "service"
+ROOT = Path(__file__).parents[2]
+SERVICE = ROOT / "tools" / "installation" / "service"
 PACKAGES = ("protocol", "transport", "onboard")
 EXTENSIONS = ("_kernels_baseline", "_wakes")
 OF_MACHINE = {"x86_64": ("_kernels_avx2", "_kernels_avx512")}  # CMakeLists.txt builds them there only
@@ -73,7 +73,7 @@ class Place:
         return self.versions / self.version
 
     def filled(self, name: str) -> str:
-        """Text of a file of tools/service with the paths filled in."""
+        """Text of a file of tools/installation/service with the paths filled in."""
         text = (SERVICE / name).read_text()
         return text.replace("@PREFIX@", str(self.prefix)).replace("@SYSCONFDIR@", str(self.sysconfdir))
 
@@ -143,7 +143,7 @@ def install(place: Place) -> None:
 
 def texts(place: Place) -> Iterator[tuple[Path, str, int]]:
     """Yield the small files: path on the running system, content, mode."""
-    from tools.licences import notice  # imported here, because it needs `closure`
+    from tools.installation.licences import notice  # imported here, because it needs `closure`
 
     share = place.prefix / "share" / "el-dorado"
     yield place.prefix / "bin" / "onboard", place.filled("onboard.sh"), 0o755
@@ -227,7 +227,7 @@ def _write(path: Path, text: str, mode: int) -> None:
 
 def main() -> int:
     """Command line of the Makefile's targets."""
-    parser = argparse.ArgumentParser(prog="tools.install", description=__doc__)
+    parser = argparse.ArgumentParser(prog="tools.installation.install", description=__doc__)
     parser.add_argument("what", choices=("install", "uninstall", "version"))
     parser.add_argument("--prefix", type=Path, default=Path("/usr/local"))
     parser.add_argument("--destdir", default="")

@@ -4,8 +4,9 @@
     ground     a station
     hil        the bench, with both of the above
 
-`python -m tools.extras` makes requirements-NAME.lock of each, a part of requirements.lock with its pins and hashes. It
-names every package, so it is installed with --no-deps: by their metadata pip would bring those of NEVER_IMPORTED too.
+`python -m tools.installation.extras` makes requirements-NAME.lock of each, a part of requirements.lock with its pins
+and hashes. It names every package, so it is installed with --no-deps: by their metadata pip would bring those of
+NEVER_IMPORTED too.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from collections.abc import Iterable, Mapping
 from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 LOCK = ROOT / "requirements.lock"
 EXTRAS = ("onboard", "ground", "hil")
 BUILD = ("scikit-build-core", "nanobind", "cmake", "ninja")

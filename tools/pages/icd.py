@@ -13,7 +13,7 @@ from onboard.devices import emergency, tilt
 from protocol.can.guard import LATE_CYCLES
 from protocol.generated.can_codec import DBC_VERSION, TABLE
 from protocol.generated.can_frames import BITS_PER_S, FRAMES, NODES, Layout, Signal
-from tools.icd_picture import family_title, ids_of
+from tools.pages.icd_picture import family_title, ids_of
 
 Table = Callable[[Sequence[str], Iterable[Sequence[str]]], str]
 

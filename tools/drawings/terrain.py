@@ -1,4 +1,4 @@
-"""Draw the pictures of docs/terrain.md: python -m tools.draw_terrain [FOLDER]."""
+"""Draw the pictures of docs/terrain.md: python -m tools.drawings.terrain [FOLDER]."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pictures.ground_kinds import Profile, Sizes, craters, fractals, rock_sizes
 from pictures.style import png
 from pictures.terrain import Ground
 
-FOLDER = Path(__file__).parents[1] / "docs" / "pictures"
+FOLDER = Path(__file__).parents[2] / "docs" / "pictures"
 AREA_M2, SLOPE_DEG, CRATER_M = 400.0, 5.0, 5.0
 
 
