@@ -146,7 +146,7 @@ def _swept(config: Config, yes: bool, record: Path) -> list[Scan3d]:
 def _run(machine: LagSweeps, config: Config, yes: bool) -> None:
     """Run the machine from listening to the laser off."""
     from onboard.bringup.calibrate.ports import ports
-    from onboard.bringup.can.jog import Phase
+    from onboard.bringup.can.moving.jog import Phase
 
     with ports(config) as shell:
         ready = shell.until(machine, Phase.READY, lambda _: None)

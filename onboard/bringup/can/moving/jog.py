@@ -15,8 +15,8 @@ from dataclasses import dataclass, field
 from enum import Enum
 from itertools import chain
 
-from onboard.bringup.can.move import Move
-from onboard.bringup.can.permit import Permit
+from onboard.bringup.can.moving.move import Move
+from onboard.bringup.can.moving.permit import Permit
 from onboard.config import Can, Rover
 from onboard.devices.nodes import Nodes
 from onboard.records import Frame, WheelCommand, WheelMode, WheelState

@@ -26,9 +26,9 @@ from onboard.command_line import (
 )
 
 if TYPE_CHECKING:
-    from onboard.bringup.can.jog import Jog, Phase
-    from onboard.bringup.can.move import Move
-    from onboard.bringup.can.release import Release
+    from onboard.bringup.can.moving.jog import Jog, Phase
+    from onboard.bringup.can.moving.move import Move
+    from onboard.bringup.can.moving.release import Release
     from onboard.bringup.can.shell import CanShell
     from onboard.config import Config
 
@@ -74,7 +74,7 @@ def jog(
     missing, at fault or of another DBC version. Ctrl-C stops at once: zero rate, then off. Exit codes: 0 moved as
     requested, 1 it did not, 69 refused or no bus; else those of `decode`.
     """
-    from onboard.bringup.can import move as moves
+    from onboard.bringup.can.moving import move as moves
 
     config = read_config(path, settings)
     try:
@@ -95,7 +95,7 @@ def jog(
 @shared_options
 def home(path: Path | None, settings: tuple[str, ...], uri: str | None, yes: bool, as_json: bool) -> None:
     """Steer all wheels straight ahead and park the tilt axis level. THE HARDWARE MOVES. Refuses and stops as `jog`."""
-    from onboard.bringup.can import move as moves
+    from onboard.bringup.can.moving import move as moves
 
     config = read_config(path, settings)
     _run(moves.home(), config, uri or config.can.uri, yes, as_json)
@@ -108,8 +108,8 @@ def reset(path: Path | None, settings: tuple[str, ...], uri: str | None, yes: bo
 
     Exit codes: 0 released, 1 a node did not release, 69 refused or no bus; else those of `decode`.
     """
-    from onboard.bringup.can.jog import Phase
-    from onboard.bringup.can.release import Release
+    from onboard.bringup.can.moving.jog import Phase
+    from onboard.bringup.can.moving.release import Release
 
     config = read_config(path, settings)
     machine = Release(int.from_bytes(os.urandom(2)), config.rover, config.can)
@@ -129,7 +129,7 @@ def reset(path: Path | None, settings: tuple[str, ...], uri: str | None, yes: bo
 
 
 def _run(move: Move, config: Config, uri: str, yes: bool, as_json: bool) -> None:
-    from onboard.bringup.can.jog import Jog, Phase
+    from onboard.bringup.can.moving.jog import Jog, Phase
 
     machine = Jog(move, config.rover, config.can)
     with on_bus(uri) as shell:
@@ -151,7 +151,7 @@ def _run(move: Move, config: Config, uri: str, yes: bool, as_json: bool) -> None
 
 def _until(machine: Jog | Release, shell: CanShell, phase: Phase, tell: Callable[[int], None] = lambda _: None) -> bool:
     """Run ticks until the machine is in a phase, or done; return True if it is in that phase."""
-    from onboard.bringup.can.jog import Phase
+    from onboard.bringup.can.moving.jog import Phase
 
     for now_ns, frames in shell.ticks():
         shell.write(machine.tick(frames, now_ns))
@@ -175,7 +175,7 @@ class _Teller:
         self._moving = sys.stdout.isatty() and not as_json
 
     def __call__(self, now_ns: int) -> None:
-        from onboard.bringup.can.jog import Phase
+        from onboard.bringup.can.moving.jog import Phase
 
         done = self._machine.phase is Phase.DONE
         if now_ns - self._told_ns < TELL_NS and not done:

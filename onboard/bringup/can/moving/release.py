@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from onboard.bringup.can.jog import LISTEN_NS, Phase
-from onboard.bringup.can.permit import MASTER
+from onboard.bringup.can.moving.jog import LISTEN_NS, Phase
+from onboard.bringup.can.moving.permit import MASTER
 from onboard.config import Can, Rover
 from onboard.devices.nodes import NODES, Nodes
 from onboard.records import Frame
