@@ -11,12 +11,12 @@ B := .venv/bin
 ROVER ?= .rover
 FLIES ?= .venv
 NATIVE := CMakeLists.txt pyproject.toml $(wildcard onboard/kernels/*.?pp hil/native/*.?pp)
-KERNEL_TESTS := tests/onboard/native/test_kernels.py tests/onboard/native/test_live_grid.py tests/onboard/planning/test_pose_field.py \
-	tests/onboard/perception/test_ldem.py tests/onboard/perception/test_cell_classes.py tests/onboard/native/test_class_kernels.py \
-	tests/onboard/planning/test_visibility.py tests/onboard/native/test_visibility_kernels.py tests/onboard/native/test_kernel_fuzz.py \
-	tests/onboard/planning/test_next_position.py tests/onboard/planning/test_distance_transform.py tests/onboard/planning/test_global_path.py \
-	tests/onboard/native/test_global_field.py tests/onboard/native/test_search_kernels.py tests/onboard/planning/test_path.py \
-	tests/onboard/native/test_scip_kernel.py tests/onboard/native/test_elementary.py \
+KERNEL_TESTS := tests/onboard/kernel_calls/test_kernels.py tests/onboard/kernel_calls/test_live_grid.py tests/onboard/planning/local/test_pose_field.py \
+	tests/onboard/perception/map/test_ldem.py tests/onboard/perception/map/test_cell_classes.py tests/onboard/kernel_calls/test_class_kernels.py \
+	tests/onboard/planning/sensing/test_visibility.py tests/onboard/kernel_calls/test_visibility_kernels.py tests/onboard/kernel_calls/test_kernel_fuzz.py \
+	tests/onboard/planning/sensing/test_next_position.py tests/onboard/planning/local/test_distance_transform.py tests/onboard/planning/test_global_path.py \
+	tests/onboard/kernel_calls/test_global_field.py tests/onboard/kernel_calls/test_search_kernels.py tests/onboard/planning/local/test_path.py \
+	tests/onboard/kernel_calls/test_scip_kernel.py tests/onboard/native/test_elementary.py \
 	tests/onboard/native/test_linear.py tests/hil/plant/test_soil.py
 SANITIZED := EL_DORADO_KERNELS=build/sanitize ASAN_OPTIONS=detect_leaks=0 PYTHONMALLOC=malloc \
 	LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libstdc++.so)"
@@ -24,9 +24,10 @@ SANITIZED := EL_DORADO_KERNELS=build/sanitize ASAN_OPTIONS=detect_leaks=0 PYTHON
 ONE_THREAD := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 FAST = $(ONE_THREAD) $(B)/python -m pytest -n 2 --dist worksteal --hypothesis-profile $(LAWS) --ignore tests/house \
 	-m "not campaign and not mission and not tool"
-ARM64_TESTS := $(if $(SHORT),$(addprefix tests/onboard/native/test_,elementary.py linear.py kernels.py scip_kernel.py), \
+ARM64_TESTS := $(if $(SHORT),$(addprefix tests/onboard/,native/test_elementary.py native/test_linear.py \
+		kernel_calls/test_kernels.py kernel_calls/test_scip_kernel.py), \
 	$(KERNEL_TESTS) $(addprefix tests/protocol/,link/test_link.py products/test_packing.py scip/test_scip.py products/test_space_packets.py link/test_transactions.py) \
-	$(addprefix tests/onboard/,perception/test_cloud.py motion/test_kinematics.py planning/test_poses.py record/test_record_replay.py perception/pose/test_registration.py))
+	$(addprefix tests/onboard/,perception/scan/test_cloud.py motion/test_kinematics.py planning/local/test_poses.py record/test_record_replay.py perception/pose/test_registration.py))
 
 .venv/.packages: requirements.lock tools/check_system.sh
 	@sh tools/check_system.sh "$(PYTHON)"
@@ -188,16 +189,16 @@ $(ROVER)/.project: $(ROVER)/.packages $(NATIVE) $(shell git ls-files '*.py')
 rover: $(ROVER)/.project ## an environment in .rover with the extra `onboard` alone, Python 3.11 to 3.13; ROVER=folder
 
 locks: .venv/.packages ## the locks of the extras anew from requirements.lock, with their sizes
-	@$(B)/python -m tools.extras
+	@$(B)/python -m tools.installation.extras
 
 install: $(FLIES)/.project ## the flight program as a service: PREFIX=/usr/local, DESTDIR=, SYSCONFDIR=/etc, FLIES=.rover; docs/service.md
-	@"$(FLIES)/bin/python" -m tools.install install --prefix "$(PREFIX)" --destdir "$(DESTDIR)" --sysconfdir "$(SYSCONFDIR)"
+	@"$(FLIES)/bin/python" -m tools.installation.install install --prefix "$(PREFIX)" --destdir "$(DESTDIR)" --sysconfdir "$(SYSCONFDIR)"
 
 uninstall: $(FLIES)/.project ## take it away again, with the same PREFIX; configuration, state and records stay
-	@"$(FLIES)/bin/python" -m tools.install uninstall --prefix "$(PREFIX)" --destdir "$(DESTDIR)" --sysconfdir "$(SYSCONFDIR)"
+	@"$(FLIES)/bin/python" -m tools.installation.install uninstall --prefix "$(PREFIX)" --destdir "$(DESTDIR)" --sysconfdir "$(SYSCONFDIR)"
 
 deb: $(FLIES)/.project ## the same as a Debian package in build/deb, for this machine's architecture
-	@"$(FLIES)/bin/python" -m tools.make_deb
+	@"$(FLIES)/bin/python" -m tools.installation.make_deb
 
 size: ## lines of each package
 	@git ls-files '*.py' '*.hpp' '*.cpp' | grep -v -e can_codec.py -e can_frames.py -e eldorado_dialect.py | xargs wc -l | sort -n | tail -40

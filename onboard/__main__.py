@@ -37,7 +37,7 @@ from onboard.journal import say, say_error, to_journal
 COMMANDS = MappingProxyType({
     "gdem": "onboard.bringup.maps.gdem_command:app", "map": "onboard.bringup.maps.map_command:app",
     "lidar": "onboard.bringup.lidar.command:app", "guard": "onboard.bus_guard.command:app",
-    "can": "onboard.bringup.can.jog_command:app", "calibrate": "onboard.bringup.calibrate.command:calibrate",
+    "can": "onboard.bringup.can.moving.jog_command:app", "calibrate": "onboard.bringup.calibrate.command:calibrate",
     "record": "onboard.bringup.records.record_command:app", "replay": "onboard.record.replay_command:replay",
     "status": "onboard.status.command:status", "jitter": "onboard.bringup.jitter.command:jitter",
 })  # fmt: skip

@@ -44,13 +44,13 @@ from onboard.status.report import rhythm
 from protocol.barrier import Channel, Tick
 
 if TYPE_CHECKING:
-    from onboard.perception.stop_map import StopMap
+    from onboard.perception.map.stop_map import StopMap
 
 WAIT_S = 60.0  # wall-clock limit for bytes that the bench says are on their way
 EX_AGAIN = 75  # ended by the operator's reboot; the supervisor starts it again
 DARK_TICKS = 50  # after the end, for the LIDAR to say that its laser is off
 # no first tick needs these, and they load longest
-LATER = ("onboard.perception.ekf:ExtendedKalmanFilter", *(job.function for job in JOBS.values()))
+LATER = ("onboard.perception.pose.ekf:ExtendedKalmanFilter", *(job.function for job in JOBS.values()))
 
 
 class WallPorts:
@@ -387,7 +387,7 @@ def recall_map(config: Config, kept: FolderContent) -> StopMap | None:
     """Build the map from saved tiles; None if there are none. Raises ConfigError."""
     if not kept.files:
         return None
-    from onboard.perception.stop_map import recall  # heavy because of the registration; most starts have no map
+    from onboard.perception.map.stop_map import recall  # heavy because of the registration; most starts have no map
 
     try:
         return recall(kept.tiles)

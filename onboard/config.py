@@ -213,7 +213,7 @@ class Mission:
 
     strategy: str = value(
         "optimistic",
-        "row of planning.strategies.STRATEGIES: how the next stop is chosen",
+        "row of planning.sensing.strategies.STRATEGIES: how the next stop is chosen",
         one_of=("optimistic", "explore", "visibility", "hill-climb"),
     )
     goal_tolerance_m: float = value(0.3, "arrived when the estimate is this near", low=0.05, high=10)

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 
 from onboard.config import Config
-from onboard.perception.cell_classes import classify
-from onboard.planning.drive_guard import Bad
-from onboard.planning.guarded_leg import Leg
+from onboard.perception.map.cell_classes import classify
+from onboard.planning.guard.drive_guard import Bad
+from onboard.planning.guard.guarded_leg import Leg
 from onboard.records import F64, Cloud, Pose
 from pictures.style import BLACK, BLUE, GREEN, GREY, PAGE_IN, RED, drawn, figure
 

@@ -8,7 +8,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from onboard.config import Rover
-from onboard.perception.scan3d import Points, Scan3d, points
+from onboard.perception.scan.scan3d import Points, Scan3d, points
 from pictures.style import BLACK, PAGE_IN, RED, drawn, figure
 
 _COLOURS = "viridis"

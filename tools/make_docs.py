@@ -17,7 +17,12 @@ from onboard.config import Rover  # noqa: E402
 from protocol.ccsds import xtce  # noqa: E402
 from protocol.tables import commands, modes  # noqa: E402
 from protocol.tables.faults import FAULTS, ResponseStep  # noqa: E402
-from tools import icd_page, icd_picture, licences, messages_page, sensors_page, wire_page  # noqa: E402
+from tools.installation import licences  # noqa: E402
+from tools.pages import icd as icd_page  # noqa: E402
+from tools.pages import icd_picture  # noqa: E402
+from tools.pages import messages as messages_page  # noqa: E402
+from tools.pages import sensors as sensors_page  # noqa: E402
+from tools.pages import wire as wire_page  # noqa: E402
 
 DOCS = ROOT / "docs"
 

@@ -17,16 +17,16 @@ from docs.as_printed import motion, next_position, terrain  # noqa: E402
 from docs.as_printed import visibility as seen_as_printed  # noqa: E402
 from onboard.config import Rover  # noqa: E402
 from onboard.motion.kinematics import wheel_angles, wheel_places  # noqa: E402
-from onboard.planning import visibility as seen  # noqa: E402
-from onboard.planning.gain import Eyes  # noqa: E402
-from onboard.planning.next_position import Criterion, Question, choose, straight_line_m  # noqa: E402
+from onboard.planning.sensing import visibility as seen  # noqa: E402
+from onboard.planning.sensing.gain import Eyes  # noqa: E402
+from onboard.planning.sensing.next_position import Criterion, Question, choose, straight_line_m  # noqa: E402
 from onboard.records import F64, Grid, Twist  # noqa: E402
 from pictures import printed  # noqa: E402
 from pictures.scan3d import scan_figure  # noqa: E402
 from pictures.style import png  # noqa: E402
 from pictures.terrain import Ground  # noqa: E402
 from tests.onboard import nodding  # noqa: E402
-from tools.motion_pictures import DRIVEN  # noqa: E402
+from tools.drawings.motion import DRIVEN  # noqa: E402
 
 PICTURES = ROOT / "docs" / "pictures"
 CELL_M, SIZE, STRIDE, HURST = 0.1, 80, 2, 0.8

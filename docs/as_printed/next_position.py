@@ -1,4 +1,4 @@
-"""Eq. 27, 28 and Algorithm 2 as printed; the flight version is `onboard.planning.next_position`.
+"""Eq. 27, 28 and Algorithm 2 as printed; the flight version is `onboard.planning.sensing.next_position`.
 
 Line numbers in comments are the chapter's. E depends on the node alone, so the climb reads it from a map.
 """

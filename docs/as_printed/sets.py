@@ -1,4 +1,4 @@
-"""Eq. 2 to 5 and the numbering of section 5.1.1 as printed; flight version: `onboard.planning.poses.node_sets`."""
+"""Eq. 2 to 5 and the numbering of section 5.1.1 as printed; as flown: `onboard.planning.local.poses.node_sets`."""
 
 from __future__ import annotations
 

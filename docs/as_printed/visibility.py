@@ -1,4 +1,4 @@
-"""Algorithm 1 and Eq. 6 as printed; the flight version is `onboard.planning.visibility`.
+"""Algorithm 1 and Eq. 6 as printed; the flight version is `onboard.planning.sensing.visibility`.
 
 Line numbers in comments are the chapter's. All beams of line 1 run in parallel; the steps of line 7 are a loop.
 """

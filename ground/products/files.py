@@ -15,7 +15,7 @@ import zstandard
 from numpy.typing import NDArray
 
 from onboard.config import Rover
-from onboard.perception.scan3d import Points, Scan3d, gather, points
+from onboard.perception.scan.scan3d import Points, Scan3d, gather, points
 from onboard.records import Scan, TiltTrack
 from protocol import WireError
 from protocol.link.bulk import Product

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from onboard.config import Config
-from onboard.planning.contract import Problem
-from onboard.planning.pose_planner import PoseFieldPlanner
-from onboard.planning.poses import Freedom, closeness, pose_freedom, pose_index, reachable
+from onboard.planning.local.contract import Problem
+from onboard.planning.local.pose_planner import PoseFieldPlanner
+from onboard.planning.local.poses import Freedom, closeness, pose_freedom, pose_index, reachable
 from onboard.records import F64, U8, Bool, Path, Pose, Surface
 
 

@@ -1,4 +1,4 @@
-"""Slip of the rover driving up planes of one soil. Drawn by tools/draw_soil.py."""
+"""Slip of the rover driving up planes of one soil. Drawn by tools/drawings/soil.py."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ from hil.terrain.recipe import GOAL_AWAY_M, Course, Recipe, compose
 from hil.terrain.rock_sizes import Golombek, PowerLaw
 from onboard.config import Planning, Rover
 from onboard.native import elementary
-from onboard.planning import poses
+from onboard.planning.local import poses
 from onboard.records import CellClass, Grid, Surface
 
 PLAN_CELL_M = 0.1

@@ -11,7 +11,7 @@ from onboard.core.jobs import JobBook
 from onboard.devices.lidar.session import LidarSession
 from onboard.devices.nodes import Nodes
 from onboard.motion.wheel_health import SOUND, Wheels
-from onboard.perception.localisation import Localisation
+from onboard.perception.pose.localisation import Localisation
 from onboard.planning.fences import Fence
 from onboard.records import Scan
 

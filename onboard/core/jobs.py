@@ -41,17 +41,17 @@ class Job(NamedTuple):
 
 JOBS: Mapping[str, Job] = MappingProxyType(
     {
-        "look": Job("onboard.perception.stop_map:look", Late.WAIT),
-        "remember": Job("onboard.perception.stop_map:remember_all", Late.WAIT),
+        "look": Job("onboard.perception.map.stop_map:look", Late.WAIT),
+        "remember": Job("onboard.perception.map.stop_map:remember_all", Late.WAIT),
         "plan": Job("onboard.planning.cycle:plan", Late.WAIT),
-        "guard_begin": Job("onboard.planning.guarded_leg:begin", Late.WAIT),
-        "guard_listen": Job("onboard.planning.guarded_leg:listen", Late.HOLD),
-        "guard_credit": Job("onboard.planning.guarded_leg:credit", Late.WAIT),
+        "guard_begin": Job("onboard.planning.guard.guarded_leg:begin", Late.WAIT),
+        "guard_listen": Job("onboard.planning.guard.guarded_leg:listen", Late.HOLD),
+        "guard_credit": Job("onboard.planning.guard.guarded_leg:credit", Late.WAIT),
         "predict": Job("onboard.planning.prediction:foresee", Late.GO_ON),
         "product": Job("onboard.planning.prediction:pack", Late.GO_ON),
-        "product_scan": Job("onboard.perception.scan_product:pack", Late.GO_ON),
+        "product_scan": Job("onboard.perception.scan.scan_product:pack", Late.GO_ON),
         "product_record": Job("onboard.record.slice:record_slice", Late.GO_ON),  # the shell names the files
-        "product_height_std": Job("onboard.perception.height_spread:pack", Late.GO_ON),
+        "product_height_std": Job("onboard.perception.map.height_spread:pack", Late.GO_ON),
     }
 )
 GIVE_UP_TICKS = 6000  # a job is considered hung one minute after its due tick

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 from onboard.config import Config
 from onboard.native.elementary import dist
-from onboard.perception.localisation import Localisation
+from onboard.perception.pose.localisation import Localisation
 from onboard.records import Event, Pose
 from onboard.records.status import Save, SaveResult
 from protocol.conventions import wrap_rad

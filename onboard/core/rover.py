@@ -24,12 +24,12 @@ from onboard.core.tick_timing import Pace
 from onboard.devices.lidar.session import LidarSession
 from onboard.devices.nodes import Nodes
 from onboard.motion.wheel_health import SOUND, Wheels
-from onboard.perception.localisation import Localisation
+from onboard.perception.pose.localisation import Localisation
 from onboard.records import Gdem, Twist, WheelCommand, WheelMode
 from onboard.records.status import HALTS, Save
 
 if TYPE_CHECKING:  # built outside the tick, with modules that the core does not load
-    from onboard.perception.stop_map import StopMap
+    from onboard.perception.map.stop_map import StopMap
 
 
 class Rover:

@@ -38,7 +38,7 @@ _MS = 1_000_000
 
 
 class SegmentLike(Protocol):
-    """Segment of a sweep, such as perception.sweep.TiltSegment."""
+    """Segment of a sweep, such as perception.scan.sweep.TiltSegment."""
 
     @property
     def start_rad(self) -> float: ...  # noqa: D102

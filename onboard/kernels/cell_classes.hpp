@@ -1,5 +1,5 @@
 // Class of each cell from its beams, and de-biased bounds of its height. The rules and their reasons are in
-// onboard/perception/cell_classes.py. No Python types, no exceptions, no heap.
+// onboard/perception/map/cell_classes.py. No Python types, no exceptions, no heap.
 #pragma once
 
 #include <algorithm>

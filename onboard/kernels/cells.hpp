@@ -18,7 +18,7 @@ struct Cell {
     float z_hi, z_lo;  // NaN while n == 0
     std::int32_t n, unused;
 };
-static_assert(sizeof(Cell) == 32, "two to a cache line; onboard/native/cells.py CELL");
+static_assert(sizeof(Cell) == 32, "two to a cache line; onboard/kernel_calls/cells.py CELL");
 constexpr float kNoHeight = std::numeric_limits<float>::quiet_NaN();
 constexpr Cell kNoHit{0.0, 0.0, kNoHeight, kNoHeight, 0, 0};
 

@@ -1,5 +1,5 @@
 // Layers of each cell for the pose rules: heights, steps, slope, known or not. The rules and their reasons are in
-// onboard/planning/poses.py. No Python types, no exceptions, no heap.
+// onboard/planning/local/poses.py. No Python types, no exceptions, no heap.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // Freedom of poses (8 orientations, rows, columns): free, blocked or unknown. The rules and their reasons are in
-// onboard/planning/poses.py. No Python types, no exceptions, no heap.
+// onboard/planning/local/poses.py. No Python types, no exceptions, no heap.
 //
 // The ground is padded by the rover's reach, so a wheel or a cell under the body is one load for kLanes adjacent poses.
 // Most bodies clear the highest cell under them: only the others are compared with the plane cell by cell.

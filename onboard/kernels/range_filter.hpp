@@ -1,5 +1,5 @@
 // Filter of the range image: returns of a sweep that have a witness next to them. The rule and its reasons are in
-// onboard/perception/range_image.py. No Python types, no exceptions, no heap.
+// onboard/perception/scan/range_image.py. No Python types, no exceptions, no heap.
 #pragma once
 
 #include <cmath>

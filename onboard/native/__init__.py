@@ -1,6 +1,4 @@
-"""Python interface of the native kernels, whose sources are in `onboard/kernels`: one module per subject.
+"""Build of the native kernels for this machine's instruction set, and arithmetic with the same bits on every processor.
 
-Each module checks shapes, dtypes and memory layout, because the kernels check nothing; a ValueError names the argument,
-the expected and the given value. The kernels run without the interpreter's lock. `variant` chooses the build for this
-machine's instruction set.
+It stands below the records, which it does not know. Calls of the kernels that take records are in `kernel_calls`.
 """

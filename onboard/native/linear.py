@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from onboard.native.arrays import F64
 from onboard.native.variant import kernels
-from onboard.records import F64
 
 
 def product(a: ArrayLike, b: ArrayLike) -> F64:

@@ -27,7 +27,7 @@ from onboard.planning.plan_records import PlanResult
 from onboard.records import F32, F64, U8, Grid
 
 if TYPE_CHECKING:
-    from onboard.planning.next_position import Choice
+    from onboard.planning.sensing.next_position import Choice
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,18 +20,15 @@ from scipy import ndimage
 from onboard import config
 from onboard.native import each
 from onboard.native.elementary import dist
-from onboard.perception.cell_classes import classify
-from onboard.perception.unseen_cells import without_unseen
-from onboard.planning import gdem_refresh, global_path, mission_rule, options, trust
+from onboard.perception.map.cell_classes import classify
+from onboard.perception.map.unseen_cells import without_unseen
+from onboard.planning import gdem_refresh, global_path, mission_rule, options
 from onboard.planning.fenced import closed, fenced
-from onboard.planning.gain import Eyes
 from onboard.planning.global_path import GlobalField
-from onboard.planning.mission_rule import BLOCK_M, Again, MissionState, Situation, Stop
-from onboard.planning.next_position import NextPosition
-from onboard.planning.options import Fields
-from onboard.planning.plan_records import PlanningSettings, PlanReport, PlanRequest, PlanResult
-from onboard.planning.pose_field import cost_to_go
-from onboard.planning.poses import (
+from onboard.planning.guard import trust
+from onboard.planning.guard.wheel_footprint import barred
+from onboard.planning.local.pose_field import cost_to_go
+from onboard.planning.local.poses import (
     ORIENTATIONS,
     Freedom,
     block,
@@ -47,7 +44,11 @@ from onboard.planning.poses import (
     tyre_cells,
     wheel_cells,
 )
-from onboard.planning.wheel_footprint import barred
+from onboard.planning.mission_rule import BLOCK_M, Again, MissionState, Situation, Stop
+from onboard.planning.options import Fields
+from onboard.planning.plan_records import PlanningSettings, PlanReport, PlanRequest, PlanResult
+from onboard.planning.sensing.gain import Eyes
+from onboard.planning.sensing.next_position import NextPosition
 from onboard.records import F64, U8, Bool, CellClass, Decision, Gdem, Grid, Path, Surface
 
 STAND_M = 0.25  # around a rover whose own pose is not free on the map

@@ -13,7 +13,7 @@ from onboard.config import Rover
 from onboard.native import each
 from onboard.native.elementary import cos, hypot, sin
 from onboard.planning.fences import KEEP_OUT, Fence, Point
-from onboard.planning.poses import ORIENTATIONS, Freedom
+from onboard.planning.local.poses import ORIENTATIONS, Freedom
 from onboard.records import U8, Bool, Gdem, Grid
 
 MARGIN_M = 0.15  # of a way to a keep-out: headings up to 11 degrees off their orientation, follower error

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 from scipy import ndimage
 
-from onboard.planning.poses import Freedom
+from onboard.planning.local.poses import Freedom
 from onboard.records import F32, U8, Bool, CellClass, Gdem, Grid, Surface
 
 COVERED_RATIO = 0.5

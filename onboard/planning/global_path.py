@@ -10,7 +10,7 @@ would pay less per metre). It is never below 1 per metre, so the field continues
 metres too. Roll and pitch are those of a body that heads along the edge: the cost of an edge depends on its direction.
 As the law takes magnitudes, the way back costs the same.
 
-`native.global_field` does the work. A caller watches and cancels long plans through its own `Workspace`.
+`kernel_calls.global_field` does the work. A caller watches and cancels long plans through its own `Workspace`.
 """
 
 from __future__ import annotations
@@ -21,8 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from onboard.config import Planning
-from onboard.native import each, global_field
-from onboard.native.global_field import Workspace, workspace
+from onboard.kernel_calls import global_field
+from onboard.kernel_calls.global_field import Workspace, workspace
+from onboard.native import each
 from onboard.records import F32, F64, I32, Gdem, Grid
 
 NEIGHBOURS = ((0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1))  # (dj, di), 45 degrees apart
@@ -112,7 +113,7 @@ def _room(gdem: Gdem, work: Workspace | None = None) -> Workspace:
 
 
 def make_edges(gdem: Gdem, planning: Planning, work: Workspace) -> None:
-    """`edge_costs` in a workspace, for `native.global_field.cost_to_go`. Raises as they do."""
+    """`edge_costs` in a workspace, for `kernel_calls.global_field.cost_to_go`. Raises as they do."""
     limit, per_length = planning.slope_limit_rad, 1.0 / planning.weight_length
     prices = global_field.Prices(
         planning.weight_roughness * per_length,

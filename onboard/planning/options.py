@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 from onboard import config
 from onboard.native import each
 from onboard.native.elementary import atan2, cos, dist, hypot, sin
-from onboard.planning import strategies, visibility
-from onboard.planning.contract import Plan, Problem
-from onboard.planning.gain import Eyes
+from onboard.planning.local.contract import Plan, Problem
+from onboard.planning.local.path import Ground, turn_to
+from onboard.planning.local.planners import PLANNERS
+from onboard.planning.local.pose_field import descend
+from onboard.planning.local.pose_planner import PoseFieldPlanner
+from onboard.planning.local.poses import Freedom
 from onboard.planning.mission_rule import MissionState, Nearest, Option, Stop
-from onboard.planning.next_position import NextPosition, Question, straight_line_m
-from onboard.planning.path import Ground, turn_to
-from onboard.planning.planners import PLANNERS
-from onboard.planning.pose_field import descend
-from onboard.planning.pose_planner import PoseFieldPlanner
-from onboard.planning.poses import Freedom
+from onboard.planning.sensing import strategies, visibility
+from onboard.planning.sensing.gain import Eyes
+from onboard.planning.sensing.next_position import NextPosition, Question, straight_line_m
 from onboard.records import F32, F64, I32, U8, Bool, CellClass, Path, Surface
 
 LOOK_BEYOND_M = 1.5  # R5: look this far past the first pose that is not free

@@ -11,7 +11,7 @@ from onboard.planning.mission_rule import MissionState
 from onboard.records import F32, F64, U8, Decision, Gdem, Grid, Ldem, Pose, Scan
 
 if TYPE_CHECKING:  # its module loads scipy, which the records do not need
-    from onboard.planning.next_position import NextPosition
+    from onboard.planning.sensing.next_position import NextPosition
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,13 +20,13 @@ import numpy as np
 from onboard.config import Config
 from onboard.native import each
 from onboard.native.elementary import dist, hypot
-from onboard.perception import ldem
-from onboard.perception.sweep import segments
+from onboard.perception.map import ldem
+from onboard.perception.scan.sweep import segments
 from onboard.planning import cycle, global_path
 from onboard.planning.fenced import closed
+from onboard.planning.local.poses import node_sets, pose_index, reachable
 from onboard.planning.mission_rule import MissionState
 from onboard.planning.plan_records import PlanningSettings, PlanRequest
-from onboard.planning.poses import node_sets, pose_index, reachable
 from onboard.records import F64, CellClass, Gdem, Grid, Pose, Surface
 from protocol.products import LdemProduct, MapGrid, encode_ldem, rounded
 from protocol.products.pose_map import PoseMap, encode_poses

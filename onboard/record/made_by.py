@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from importlib.metadata import version
 from pathlib import Path
 
-COMMIT = "commit.txt"  # in onboard's folder if the program was installed (tools/install.py)
+COMMIT = "commit.txt"  # in onboard's folder if the program was installed (tools/installation/install.py)
 WIRES = ("rover.dbc", "eldorado.xml")
 _PACKAGES = ("numpy", "scipy", "filterpy", "small-gicp", "python-can", "eclipse-zenoh", "mcap")
 _SITE = Path(__file__).parents[2]  # holds protocol, transport and onboard

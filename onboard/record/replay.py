@@ -14,8 +14,8 @@ from onboard.core.rover import Rover
 from onboard.core.tick import tick
 from onboard.drivers.platform.workers import Inline
 from onboard.maps.gdem_file import from_npz
-from onboard.perception.stop_map import StopMap, recall
-from onboard.perception.tiles import Tile, decode
+from onboard.perception.map.stop_map import StopMap, recall
+from onboard.perception.map.tiles import Tile, decode
 from onboard.record import made_by, registrations, state_checks
 from onboard.record.reader import DamagedRecordError, Record, check_inputs, inputs_of, open_record, reading
 from onboard.record.rows import first_difference

@@ -23,7 +23,7 @@ from onboard.config import Config
 from onboard.config_text import to_toml
 from onboard.drivers.storage.record_file import NO_ROOM, DiskFile, Opener, OpenFile, RecordFile
 from onboard.maps.gdem_file import to_npz
-from onboard.perception.tiles import Tile, cut, encode
+from onboard.perception.map.tiles import Tile, cut, encode
 from onboard.planning import archive
 from onboard.planning.plan_records import PlanResult
 from onboard.record import made_by, state_checks
@@ -34,7 +34,7 @@ from onboard.records import Gdem, Inputs, Outputs, RecordedParts, RecordStatus, 
 if TYPE_CHECKING:
     from mcap.writer import Writer
 
-    from onboard.perception.stop_map import StopMap
+    from onboard.perception.map.stop_map import StopMap
 
 MAP_START, MAP_END = "map-start/", "map-end/"  # prefixes of the names of attachments that are tiles
 KEPT = "kept/"  # prefix of other state that outlives a run

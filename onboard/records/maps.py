@@ -40,7 +40,7 @@ class Entry:
     pose: at which the cloud enters the map.
     stop: number of the stop.
     dark_base_m: (k, 3) float32, points of ground that the same sweep did not see, in base_link axes
-        (`perception.dark_regions`).
+        (`perception.scan.dark_regions`).
     """
 
     cloud_base: Cloud
@@ -105,7 +105,7 @@ class Ldem:
 
 @dataclass(frozen=True, slots=True)
 class Surface:
-    """Ground as the planner uses it, all (rows, columns); made from an Ldem by perception.cell_classes.
+    """Ground as the planner uses it, all (rows, columns); made from an Ldem by perception.map.cell_classes.
 
     cell_class: uint8 of CellClass.
     z_mean, z_top, z_bot: float32, de-biased heights, NaN where unknown.

@@ -4,7 +4,7 @@
 
 A range becomes an integer by an explicit step, minus the prediction from its neighbours (half of the one before in the
 same turn, a quarter of two in the turn before: a scanner's noise is larger than the ground's steps). From pixels,
-times and tilt the receiver computes the points, each beam at its own time (`onboard.perception.scan3d`).
+times and tilt the receiver computes the points, each beam at its own time (`onboard.perception.scan.scan3d`).
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ from pathlib import Path
 from tests.arm64 import build, root, same_bits, wheels
 from tests.arm64.python import QEMU, Emulated
 from tests.vcan import needs
-from tools.install import ROOT
+from tools.installation.install import ROOT
 
 BUILD = ROOT / "build/arm64"
 WORK, TREE = BUILD / "work", BUILD / "tree"

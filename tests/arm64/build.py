@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from tests.arm64.python import Emulated
-from tools.install import ROOT
+from tools.installation.install import ROOT
 
 TOOLCHAIN = Path(__file__).parent / "toolchain.cmake"
 _MADE = ".sources"

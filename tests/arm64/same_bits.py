@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tests.arm64.python import QEMU
-from tools.install import ROOT
+from tools.installation.install import ROOT
 
 SOURCE = Path(__file__).parent / "same_bits.cpp"
 FLAGS = ("-std=gnu++17", "-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math")  # as in CMakeLists.txt

@@ -7,7 +7,7 @@ import pytest
 
 from tests.arm64 import root, same_bits, wheels
 from tests.arm64.python import Emulated
-from tools.extras import LOCK, ROOT, closure, roots
+from tools.installation.extras import LOCK, ROOT, closure, roots
 
 pytestmark = pytest.mark.tool
 

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterable
 
 from tests.arm64.python import Emulated
-from tools.extras import LOCK, blocks, closure, plain, roots
+from tools.installation.extras import LOCK, blocks, closure, plain, roots
 
 TESTS = ("pytest", "hypothesis", "cantools")
 LIBRARY = range(17, 37)  # the C library of a wheel: 2.17 to Debian 12's 2.36

@@ -17,7 +17,7 @@ from scipy.sparse import csgraph
 from hil.terrain.fractal import fractal_heights
 from hil.terrain.mesh import slopes_deg
 from onboard.config import Planning
-from onboard.native import global_field as door
+from onboard.kernel_calls import global_field as door
 from onboard.planning import global_path
 from onboard.records import Gdem, Grid
 from tests.bench.goals import Measured, against

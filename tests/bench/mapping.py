@@ -11,10 +11,10 @@ import small_gicp
 
 from hil.terrain.fractal import fractal_heights
 from onboard.config import Localisation, Rover
-from onboard.native import raster
-from onboard.native.cells import BeamBlock, Mount
-from onboard.perception.live import LiveGrid, mount_of
-from onboard.perception.registration import MATCH_M, NEIGHBOURS, VOXEL_M, difference, register
+from onboard.kernel_calls import raster
+from onboard.kernel_calls.cells import BeamBlock, Mount
+from onboard.perception.map.live import LiveGrid, mount_of
+from onboard.perception.pose.registration import MATCH_M, NEIGHBOURS, VOXEL_M, difference, register
 from onboard.records import Cloud, Grid
 from tests.bench.goals import Measured, against, seconds
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import maximum_filter, minimum_filter
 
-from onboard.planning.gain import Eyes, Sight
-from onboard.planning.hill_climb import Climb, climb, draw_seeds
-from onboard.planning.next_position import Criterion, Question, choose, regret, straight_line_m
+from onboard.planning.sensing.gain import Eyes, Sight
+from onboard.planning.sensing.hill_climb import Climb, climb, draw_seeds
+from onboard.planning.sensing.next_position import Criterion, Question, choose, regret, straight_line_m
 from onboard.records import Grid
 from tests.bench.goals import Measured, seconds
 from tests.bench.visibility import CELL_M, RANGE_M, SIDE, workload

@@ -10,17 +10,17 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from onboard.config import Config
-from onboard.perception import ldem
-from onboard.perception.cell_classes import classify
+from onboard.perception.map import ldem
+from onboard.perception.map.cell_classes import classify
 from onboard.planning.cycle import plan
+from onboard.planning.local.pose_field import DIRECTIONS, cost_to_go, moves_m
+from onboard.planning.local.poses import Freedom, closeness, pose_freedom
 from onboard.planning.mission_rule import MissionState
 from onboard.planning.plan_records import PlanningSettings, PlanRequest
-from onboard.planning.pose_field import DIRECTIONS, cost_to_go, moves_m
-from onboard.planning.poses import Freedom, closeness, pose_freedom
 from onboard.records import Cloud, Grid, Pose, Surface
-from tests import oracles_classes
 from tests.bench.goals import Measured, against, seconds
 from tests.bench.mapping import sweep
+from tests.oracles import classes as oracles_classes
 
 SIDE, CELL_M = 200, 0.1
 

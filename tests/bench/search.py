@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from onboard.planning.distance_transform import NEIGHBOURS, cost_to_go
+from onboard.planning.local.distance_transform import NEIGHBOURS, cost_to_go
 from tests.bench.goals import Measured, against, seconds
 
 CELL_M = 0.1

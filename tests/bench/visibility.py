@@ -6,10 +6,10 @@ from functools import cache
 
 import numpy as np
 
-from onboard.native import visibility as kernel
-from onboard.planning import visibility
+from onboard.kernel_calls import visibility as kernel
+from onboard.planning.sensing import visibility
 from tests.bench.goals import Measured, seconds
-from tests.oracles_visibility import Look
+from tests.oracles.visibility import Look
 
 SIDE, CELL_M, EYE_M, RANGE_M, BEAMS = 200, 0.1, 0.7, 10.0, 720
 ASKED = kernel.Request(EYE_M)

@@ -15,7 +15,7 @@ from hil.devices.lidar import profile as profiles
 from hil.devices.lidar import sensor
 from onboard.config import Lidar as LidarConfig
 from onboard.devices.lidar.session import LidarSession
-from onboard.native.scip import Blocks
+from onboard.kernel_calls.scip import Blocks
 from onboard.records import Chunk, PortState
 from protocol import scip
 from protocol.can.crc import crc8, sound

@@ -17,14 +17,11 @@ from hypothesis import strategies as st
 from numpy.typing import DTypeLike
 
 from hil.plant.soil import CLASSES, SoilContacts
-from onboard.native import (
+from onboard.kernel_calls import (
     cell_classes,
     cells,
     distance,
-    each,
-    elementary,
     global_field,
-    linear,
     pose_field,
     poses,
     range_filter,
@@ -33,9 +30,10 @@ from onboard.native import (
     sight,
     visibility,
 )
-from onboard.perception import ldem as maps
-from onboard.perception.cell_classes import SPREAD
-from onboard.planning.visibility import beams
+from onboard.native import each, elementary, linear
+from onboard.perception.map import ldem as maps
+from onboard.perception.map.cell_classes import SPREAD
+from onboard.planning.sensing.visibility import beams
 from onboard.records import Cloud, Grid, Surface
 
 # -- numbers and arrays, the plain ones first: hypothesis shrinks towards them -----------------------------------

@@ -13,7 +13,7 @@ import time
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
-from onboard.native.scip import Blocks
+from onboard.kernel_calls.scip import Blocks
 from onboard.records import Chunk, PortState
 from protocol import WireError, scip
 from tests.onboard.lidar_rig import Rig

@@ -15,8 +15,8 @@ from hil.terrain.rocks import scatter_rocks
 from hil.world.truth import Truth
 from onboard.config import load
 from onboard.planning.mission_rule import MissionState, Stop
-from onboard.planning.next_position import Choice, NextPosition
 from onboard.planning.plan_records import PlanReport, PlanResult
+from onboard.planning.sensing.next_position import Choice, NextPosition
 from onboard.record.writer import Recorder
 from onboard.records import Decision, Event, Gdem, Grid, Inputs, JobDone, NodeSet, Outputs, Path, Pose
 

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from tools.extras import LOCK, closure
-from tools.install import Place, install
-from tools.licences import licence, licence_texts, locked, notice, page
+from tools.installation.extras import LOCK, closure
+from tools.installation.install import Place, install
+from tools.installation.licences import licence, licence_texts, locked, notice, page
 
 ROOT = Path(__file__).parents[2]
 
@@ -38,7 +38,7 @@ def test_the_notice_has_every_package_and_the_licence_texts_that_they_bring():
 
 
 def test_the_notice_is_installed_where_debian_looks_for_it(tmp_path, monkeypatch):
-    monkeypatch.setattr("tools.install.closure", lambda: closure(["click"]))
+    monkeypatch.setattr("tools.installation.install.closure", lambda: closure(["click"]))
     monkeypatch.setattr("compileall.compile_dir", lambda *_, **__: True)
     install(Place(Path("/usr"), str(tmp_path), Path("/etc"), "1.0", "/usr/bin/python3.11"))
     assert (tmp_path / "usr/share/doc/el-dorado/copyright").read_text() == notice()

@@ -21,12 +21,14 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from tests.missions import campaign, guard_runs, open_loop, proofs
+from tests.missions import campaign
 from tests.missions import draw as drawing
 from tests.missions.campaign import POSE_ERROR, REGISTERED, UNGUARDED_STOPS, Row, Run, Summary, mission, summary
-from tests.missions.drift import FLOWN_DRIFT
+from tests.missions.guard import guard_runs, open_loop
 from tests.missions.parallel import fly_all, numbers
 from tests.missions.promise import HEADS, cells, markdown, shortfalls
+from tests.missions.proofs import commands as proofs
+from tests.missions.world.drift import FLOWN_DRIFT
 
 FIXED = tuple(range(1, 61))
 ORBIT_CELL_M = 2.0

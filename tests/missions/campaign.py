@@ -12,12 +12,12 @@ import numpy as np
 
 from hil.campaign.truth import TrueWay
 from onboard.config import Config, load
-from tests.missions.drift import NO_DRIFT, Drift
-from tests.missions.fields import FIELDS, from_orbit
 from tests.missions.mission import Errors, Flight, Kinematic
-from tests.missions.scanner import Scanner, scanner
-from tests.missions.truth import truth
-from tests.missions.world import World
+from tests.missions.world.drift import NO_DRIFT, Drift
+from tests.missions.world.fields import FIELDS, from_orbit
+from tests.missions.world.scanner import Scanner, scanner
+from tests.missions.world.truth import truth
+from tests.missions.world.world import World
 
 POSE_ERROR = Errors(0.05, math.radians(1.0))
 REGISTERED = Errors(0.02, math.radians(0.3))  # the error after a registration

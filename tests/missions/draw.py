@@ -11,7 +11,7 @@ from pictures.mission import Story, mission
 from pictures.style import png
 from pictures.terrain import Ground
 from tests.missions.mission import Flight
-from tests.missions.world import World
+from tests.missions.world.world import World
 
 DOTS = 100  # per inch
 

@@ -15,20 +15,20 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from onboard.config import Rover
-from onboard.perception import ldem
-from onboard.perception.cell_classes import classify
-from onboard.perception.stop_map import NO_POINTS, StopMap, look, remember
+from onboard.perception.map import ldem
+from onboard.perception.map.cell_classes import classify
+from onboard.perception.map.stop_map import NO_POINTS, StopMap, look, remember
 from onboard.planning.cycle import plan
 from onboard.planning.fences import Fence
+from onboard.planning.guard.wheel_footprint import lattice
 from onboard.planning.mission_rule import MissionState
 from onboard.planning.plan_records import PlanningSettings, PlanRequest, PlanResult
-from onboard.planning.wheel_footprint import lattice
 from onboard.records import F64, Bool, CellClass, Decision, Gdem, Grid, Pose
 from protocol.conventions import wrap_rad
-from tests.missions.drift import NO_DRIFT, Drift
-from tests.missions.scanner import Scanner
-from tests.missions.touch import between, touches
-from tests.missions.world import HARD, SOFT, World, wheels
+from tests.missions.world.drift import NO_DRIFT, Drift
+from tests.missions.world.scanner import Scanner
+from tests.missions.world.touch import between, touches
+from tests.missions.world.world import HARD, SOFT, World, wheels
 
 TRAIL_POSES = 400
 TURN_STEP_RAD = math.radians(10)

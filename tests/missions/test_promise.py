@@ -7,14 +7,14 @@ from dataclasses import replace
 import pytest
 from typer.testing import CliRunner
 
-from onboard.planning.strategies import STRATEGIES
+from onboard.planning.sensing.strategies import STRATEGIES
 from tests.missions import __main__ as command
-from tests.missions import guard_runs, open_loop
 from tests.missions.__main__ import runs
 from tests.missions.campaign import Row, Run, config_of, summary
-from tests.missions.drift import Drift
+from tests.missions.guard import guard_runs, open_loop
 from tests.missions.mission import Errors
 from tests.missions.promise import PROMISES, markdown, shortfalls
+from tests.missions.world.drift import Drift
 
 GOOD = Row("optimistic", 1, "main", True, 10.0, "arrived", "", 3, 4, 10.2, 1.02, 0.05, 0, 0, 0, 0, "R5 R5 R4")
 

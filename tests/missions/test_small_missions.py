@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from onboard.config import Config, load
 from onboard.records import BeamStatus
 from tests.missions.campaign import POSE_ERROR
-from tests.missions.fields import from_orbit, main_field, ring
 from tests.missions.mission import Errors, Kinematic
-from tests.missions.scanner import Scanner, scanner
-from tests.missions.small import quick, world
-from tests.missions.truth import truth
+from tests.missions.world.fields import from_orbit, main_field, ring
+from tests.missions.world.scanner import Scanner, scanner
+from tests.missions.world.small import quick, world
+from tests.missions.world.truth import truth
 
 pytestmark = pytest.mark.campaign
 

@@ -37,7 +37,7 @@ TARGETS = (
     Target("protocol.link.direct", ("tests/protocol/link/test_direct.py",)),
     Target(
         "protocol.link.keyring",
-        ("tests/protocol/link/test_link.py", "tests/protocol/link/test_security.py", "tests/test_wire_page.py"),
+        ("tests/protocol/link/test_link.py", "tests/protocol/link/test_security.py", "tests/docs/test_wire_page.py"),
     ),
     Target("transport.key_file", ("tests/onboard/drivers/test_link_port.py",)),
     Target(

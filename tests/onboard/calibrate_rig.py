@@ -5,7 +5,7 @@ from hil.terrain.grounds import GROUNDS
 from hil.world.truth import Truth
 from hil.world.world import World
 from onboard.bringup.calibrate.drive import CalibrationDrive
-from onboard.bringup.can.jog import Phase
+from onboard.bringup.can.moving.jog import Phase
 from onboard.records import Chunk, Frame, Inputs, PortState
 from protocol.conventions import TICK_NS
 

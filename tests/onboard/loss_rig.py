@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from onboard.config import Config
-from onboard.perception.lost_beams import lost_beams, plane_range_m
-from onboard.perception.sweep import LINE_S, segments
+from onboard.perception.scan.lost_beams import lost_beams, plane_range_m
+from onboard.perception.scan.sweep import LINE_S, segments
 from onboard.records import BeamStatus, Pose, Scan, TiltTrack
 
 CONFIG = Config()

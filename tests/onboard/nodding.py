@@ -16,8 +16,8 @@ from hil.devices.lidar import sensor
 from onboard import config
 from onboard.devices.lidar.session import LidarSession
 from onboard.devices.nodes import Nodes
-from onboard.perception.scan3d import gather
-from onboard.perception.sweep import TiltSegment
+from onboard.perception.scan.scan3d import gather
+from onboard.perception.scan.sweep import TiltSegment
 from onboard.records import Chunk, Inputs, Outputs, PortState, Pose
 
 TICK_NS = 10_000_000

@@ -26,7 +26,7 @@ from rich.table import Table
 
 from tests.missions.parallel import fly_all, numbers
 from tests.missions.tables import markdown, put, shown
-from tests.scenarios.flown import HEADS
+from tests.scenarios.goals.flown import HEADS
 from tests.scenarios.registry import CAMPAIGNS, RENEWED, Asked, Campaign, fly_one
 
 OUT, PAGE = Path("build/scenarios"), Path(__file__).parents[2] / "docs" / "campaigns.md"

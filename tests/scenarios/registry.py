@@ -29,7 +29,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from tests.scenarios import calibrate, chaos, fresh, guard, library, localisation, losses, nominal, three_goals, wheels
+from tests.scenarios import calibrate, guard, library, nominal, wheels
+from tests.scenarios.goals import fresh, losses, three_goals
+from tests.scenarios.hostile import chaos
+from tests.scenarios.pose import localisation
 
 
 class Campaign(Protocol):

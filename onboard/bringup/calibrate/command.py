@@ -137,7 +137,7 @@ def _drive(drive: CalibrationDrive, config: Config, side_m: float, yes: bool) ->
     """Run the drive from listening to wheels off."""
     from onboard.bringup.calibrate.plan import room_m
     from onboard.bringup.calibrate.ports import ports
-    from onboard.bringup.can.jog import Phase
+    from onboard.bringup.can.moving.jog import Phase
 
     minutes = sum(step.seconds for step in drive.steps) / 60
     question = (

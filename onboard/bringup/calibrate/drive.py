@@ -4,7 +4,7 @@
         \\--> DONE (refused)                                  \\------ problem, stop ----------------^ at rest, then off
 
 A step rolls (`roll`) or scans (the flight program's `Sensing`). These end the drive: any condition that forbids a
-movement by hand (`bringup.can.permit`), a wheel, the inertial sensor or the scanner gone silent, a fault of the flight
+movement by hand (`bringup.can.moving.permit`), a wheel, the inertial sensor or the scanner gone silent, a fault of the flight
 program's wheel monitors, a slope, and a step that takes too long.
 """
 
@@ -19,8 +19,8 @@ from itertools import chain
 from onboard.bringup.calibrate.log import Log, Logger
 from onboard.bringup.calibrate.plan import lag_steps, nod, square
 from onboard.bringup.calibrate.roll import Roll
-from onboard.bringup.can.jog import LISTEN_NS, OFF_NS, REST_LIMIT_NS, REST_RADPS, SETTLE_NS, Phase
-from onboard.bringup.can.permit import Permit
+from onboard.bringup.can.moving.jog import LISTEN_NS, OFF_NS, REST_LIMIT_NS, REST_RADPS, SETTLE_NS, Phase
+from onboard.bringup.can.moving.permit import Permit
 from onboard.bringup.lidar.lag_sweeps import CLOCK_NS, begun
 from onboard.config import Config, Rover
 from onboard.core.faults.wheels.seen import WheelInputs
@@ -30,7 +30,7 @@ from onboard.devices.lidar.session import LidarSession
 from onboard.devices.nodes import NODES, Nodes
 from onboard.motion.odometry import Odometry
 from onboard.motion.odometry import OdometryStep as Moved
-from onboard.perception.sweep import segments
+from onboard.perception.scan.sweep import segments
 from onboard.records import Event, ImuSample, Inputs, Outputs, Scan, WheelCommand, WheelMode
 from protocol.conventions import TICK_NS
 from protocol.tables.modes import Mode

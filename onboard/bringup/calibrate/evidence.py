@@ -17,7 +17,7 @@ from onboard.bringup.calibrate.log import Log
 from onboard.config import Rover
 from onboard.extrinsics import imu_rotation, lidar_place, lidar_rotation
 from onboard.motion.kinematics import wheel_places
-from onboard.perception.registration import align, prepare
+from onboard.perception.pose.registration import align, prepare
 from onboard.records import F64, Bool
 
 BLOCK = 20  # ticks that count as one motion

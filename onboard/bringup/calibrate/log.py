@@ -13,8 +13,8 @@ from onboard.config import Config
 from onboard.core.mission.sweep import Sweep
 from onboard.devices.nodes import WheelStatus
 from onboard.extrinsics import imu_rotation, steer_offsets_rad
-from onboard.perception.scan3d import gather, points
-from onboard.perception.tilt_lag import Lag, lag
+from onboard.perception.scan.scan3d import gather, points
+from onboard.perception.scan.tilt_lag import Lag, lag
 from onboard.records import F64, ImuSample, WheelState
 
 FIELDS = 4 + 4 + 3 + 3 + 4  # of a row after step, time, standing

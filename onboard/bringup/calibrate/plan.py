@@ -16,8 +16,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from onboard.config import Config, Scanning
-from onboard.perception.sweep import TiltSegment
-from onboard.perception.tilt_lag import nods
+from onboard.perception.scan.sweep import TiltSegment
+from onboard.perception.scan.tilt_lag import nods
 from onboard.records import Twist
 
 SPEED_MPS, TURN_RADPS = 0.1, 0.2

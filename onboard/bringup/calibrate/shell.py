@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Protocol, TypeVar
 
 from onboard.bringup.calibrate.drive import DRIVEN, WITH_LAG, CalibrationDrive
-from onboard.bringup.can.jog import Phase
+from onboard.bringup.can.moving.jog import Phase
 from onboard.bringup.lidar.again import config_of, rows_of
 from onboard.drivers.can.bus import CanPort
 from onboard.drivers.lidar.byte_listener import LidarEar

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from onboard.config import Config
-from onboard.perception import ldem
+from onboard.perception.map import ldem
 from onboard.planning.mission_rule import MissionState
 from onboard.planning.plan_records import PlanningSettings, PlanRequest
 from onboard.records import Cloud, Grid, Pose

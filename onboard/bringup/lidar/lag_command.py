@@ -30,7 +30,7 @@ from onboard.command_line import (
 if TYPE_CHECKING:
     from onboard.bringup.lidar.lag_sweeps import LagSweeps
     from onboard.config import Config
-    from onboard.perception.scan3d import Scan3d
+    from onboard.perception.scan.scan3d import Scan3d
 
 MOST_LATENCY_NS = 100_000_000  # largest value of the key
 THOUGHT_TICKS, HUSH_TICKS = 20, 50
@@ -67,7 +67,7 @@ def lag_command(
     configuration, 130 Ctrl-C.
     """
     from onboard.bringup.lidar.lag_report import LagReport
-    from onboard.perception.tilt_lag import lag
+    from onboard.perception.scan.tilt_lag import lag
 
     if Path(source).suffix == ".mcap":
         if path or settings or uri:
@@ -123,7 +123,7 @@ def _address(config: Config, address: str, uri: str | None, record: Path) -> Con
 
 def _swept(config: Config, yes: bool, record: Path) -> list[Scan3d]:
     from onboard.bringup.lidar.lag_sweeps import LagSweeps
-    from onboard.perception.scan3d import gather
+    from onboard.perception.scan.scan3d import gather
 
     if record.exists():
         raise fail(EX_CANTCREAT, f"{record} is there already: name another by --record")
@@ -146,7 +146,7 @@ def _swept(config: Config, yes: bool, record: Path) -> list[Scan3d]:
 def _run(machine: LagSweeps, config: Config, yes: bool) -> None:
     """Run the machine from listening to the laser off."""
     from onboard.bringup.calibrate.ports import ports
-    from onboard.bringup.can.jog import Phase
+    from onboard.bringup.can.moving.jog import Phase
 
     with ports(config) as shell:
         ready = shell.until(machine, Phase.READY, lambda _: None)

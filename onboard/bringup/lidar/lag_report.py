@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from onboard.perception.tilt_lag import Lag
+from onboard.perception.scan.tilt_lag import Lag
 
 
 class LagReport(NamedTuple):

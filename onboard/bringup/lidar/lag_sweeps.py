@@ -13,14 +13,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import chain
 
-from onboard.bringup.can.jog import LISTEN_NS, OFF_NS, REST_RADPS, Phase
-from onboard.bringup.can.permit import Permit
+from onboard.bringup.can.moving.jog import LISTEN_NS, OFF_NS, REST_RADPS, Phase
+from onboard.bringup.can.moving.permit import Permit
 from onboard.config import Config, Scanning
 from onboard.core.mission.sweep import Sensing, Sweep
 from onboard.devices.lidar.session import LidarSession
 from onboard.devices.nodes import Nodes
-from onboard.perception.sweep import TiltSegment
-from onboard.perception.tilt_lag import nods
+from onboard.perception.scan.sweep import TiltSegment
+from onboard.perception.scan.tilt_lag import nods
 from onboard.records import Inputs, Outputs, Scan
 from protocol.tables.modes import Mode
 

@@ -10,7 +10,7 @@ from onboard.bringup.lidar.again import rows_of
 from onboard.bringup.lidar.listener import Listener
 from onboard.config import Config
 from onboard.devices.nodes import Nodes
-from onboard.perception.scan3d import Scan3d, gather
+from onboard.perception.scan.scan3d import Scan3d, gather
 from onboard.records import Inputs, Scan
 from protocol.generated.can_codec import TiltState
 

@@ -16,7 +16,7 @@ from protocol.visible import visible
 
 if TYPE_CHECKING:
     from onboard.drivers.storage.map_tiles import FolderContent, TileFile
-    from onboard.perception.tiles import Tile
+    from onboard.perception.map.tiles import Tile
 
 EXAMPLES = """\b
 Examples:
@@ -69,9 +69,9 @@ def export_command(source: Path, out: Path, form: str, as_json: bool) -> None:
     """
     from onboard.bringup.maps.map_export import ENDINGS, FORMATS, trimmed
     from onboard.config import Mapping_
-    from onboard.perception.cell_classes import classify
-    from onboard.perception.height_spread import height_std_m
-    from onboard.perception.tiles import join
+    from onboard.perception.map.cell_classes import classify
+    from onboard.perception.map.height_spread import height_std_m
+    from onboard.perception.map.tiles import join
 
     name = form or ENDINGS.get(out.suffix.lower(), "")
     if name not in FORMATS:

@@ -17,7 +17,7 @@ import numpy as np
 from mcap.writer import CompressionType, Writer
 
 from onboard.config import Rover
-from onboard.perception.scan3d import Pixels, Points, Scan3d, points
+from onboard.perception.scan.scan3d import Pixels, Points, Scan3d, points
 
 _VERTEX = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4"), ("tilt", "<f4"), ("time", "<f4")])
 _PACKED = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4")])

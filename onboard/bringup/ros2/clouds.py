@@ -8,7 +8,7 @@ import numpy as np
 
 from onboard.bringup.ros2.types import BASE, header, new
 from onboard.config import Rover
-from onboard.perception.scan3d import Scan3d, points
+from onboard.perception.scan.scan3d import Scan3d, points
 
 POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4"), ("time", "<f4")])
 _FLOAT32 = 7  # of sensor_msgs/PointField

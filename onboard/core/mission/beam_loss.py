@@ -9,7 +9,7 @@
                                     ends, LIDAR_DIRTY
 
 The level rises at once to that of the newest sweep's share and falls by one with each sweep under it. The share is
-that of the ground within 4 m, all directions together (`perception.lost_beams`). Single directions matter when the
+that of the ground within 4 m, all directions together (`perception.scan.lost_beams`). Single directions matter when the
 mission rule gives up: if the scanner saw too little of that side, this is the reported reason, after
 `lost_beams.looks` further looks.
 """
@@ -26,9 +26,9 @@ import numpy as np
 from onboard.config import Config, Scanning
 from onboard.config import LostBeams as Limits
 from onboard.native.elementary import dist
-from onboard.perception.loss_cause import Cause, SweepLoss, cause, direction
-from onboard.perception.lost_beams import BANDS_M, LostBeams
-from onboard.perception.sweep import TiltSegment, segments
+from onboard.perception.scan.loss_cause import Cause, SweepLoss, cause, direction
+from onboard.perception.scan.lost_beams import BANDS_M, LostBeams
+from onboard.perception.scan.sweep import TiltSegment, segments
 from onboard.planning.plan_records import PlanResult
 from onboard.records import Decision, Path, Pose
 from protocol.conventions import wrap_rad

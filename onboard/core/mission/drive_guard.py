@@ -14,16 +14,16 @@ from typing import TYPE_CHECKING
 
 from onboard.config import Config
 from onboard.core.jobs import Late
-from onboard.perception.cloud import ahead
+from onboard.perception.scan.cloud import ahead
 from onboard.planning.plan_records import GuardLine
 from onboard.records import F64, Pose, Scan
 from protocol.conventions import TICK_NS
 
 if TYPE_CHECKING:  # built by the jobs, which run outside the tick
     from onboard.core.context import Context
-    from onboard.perception.stop_map import StopMap
-    from onboard.planning.drive_guard import Bad
-    from onboard.planning.guarded_leg import Leg
+    from onboard.perception.map.stop_map import StopMap
+    from onboard.planning.guard.drive_guard import Bad
+    from onboard.planning.guard.guarded_leg import Leg
 
 GUARD_JOBS = frozenset({"guard_begin", "guard_listen", "guard_credit"})
 TURNS = 4  # scanner turns per line: 10 lines a second

@@ -29,8 +29,8 @@ from protocol.conventions import wrap_rad
 from protocol.tables.modes import Phase
 
 if TYPE_CHECKING:  # built by the jobs, which run outside the tick
-    from onboard.perception.stop_map import Look, StopMap
-    from onboard.planning.drive_guard import Bad
+    from onboard.perception.map.stop_map import Look, StopMap
+    from onboard.planning.guard.drive_guard import Bad
     from onboard.planning.prediction import Prediction
 
 MISSION_JOBS = frozenset({"look", "remember", "plan", "predict"}) | GUARD_JOBS

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from onboard.config import Config
-from onboard.perception import ldem
+from onboard.perception.map import ldem
 from onboard.planning.fences import Fence
 from onboard.planning.mission_rule import MissionState
 from onboard.planning.plan_records import PlanningSettings, PlanRequest
 from onboard.records import F64, Gdem, Pose
 
 if TYPE_CHECKING:
-    from onboard.perception.stop_map import StopMap
+    from onboard.perception.map.stop_map import StopMap
 
 
 def stands_on(memory: StopMap, pose: Pose, config: Config) -> bool:

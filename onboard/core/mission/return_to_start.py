@@ -20,7 +20,7 @@ from onboard.records import F64, Gdem, Path, Pose, Twist
 from protocol.tables.modes import Phase
 
 if TYPE_CHECKING:
-    from onboard.perception.stop_map import StopMap
+    from onboard.perception.map.stop_map import StopMap
 
 _SEARCH_M = 1.5  # how far along the path back the rover may already be, after an interrupted leg
 

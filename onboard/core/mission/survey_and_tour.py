@@ -13,7 +13,7 @@ from onboard.records import Gdem
 from protocol.tables.modes import Phase
 
 if TYPE_CHECKING:
-    from onboard.perception.stop_map import StopMap
+    from onboard.perception.map.stop_map import StopMap
 
 Point = tuple[float, float]
 

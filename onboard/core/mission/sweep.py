@@ -15,8 +15,8 @@ from enum import Enum
 from onboard.config import Config
 from onboard.devices.lidar.session import LidarSession
 from onboard.devices.nodes import Nodes
-from onboard.perception.cloud import ahead
-from onboard.perception.sweep import TiltSegment
+from onboard.perception.scan.cloud import ahead
+from onboard.perception.scan.sweep import TiltSegment
 from onboard.records import Scan, TiltTrack
 
 _LEAD_NS = 400_000_000  # a segment is sent at least 0.2 s ahead

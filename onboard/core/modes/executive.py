@@ -35,7 +35,7 @@ from protocol.tables.faults import BY_NAME, Fault, ResponseStep
 from protocol.tables.modes import EVENTS, Mode, Phase, next_mode
 
 if TYPE_CHECKING:
-    from onboard.perception.stop_map import StopMap
+    from onboard.perception.map.stop_map import StopMap
 
 SLOW_RATIO = 0.5
 ENDS_MOVE = frozenset(

@@ -10,7 +10,7 @@ from onboard.core.downlink import Downlink
 from onboard.core.mission.plan_request import plan_request, stands_on
 from onboard.core.modes.parameter_orders import ParameterOrders
 from onboard.core.modes.tasks import Tasks
-from onboard.perception import ldem
+from onboard.perception.map import ldem
 from onboard.planning.explanation import explain
 from protocol.link.transactions import Order, RequestState
 from protocol.products import PRODUCTS
@@ -18,7 +18,7 @@ from protocol.products.nsp import encode_nsp
 from protocol.tables.commands import RefusedError
 
 if TYPE_CHECKING:
-    from onboard.perception.stop_map import StopMap
+    from onboard.perception.map.stop_map import StopMap
 
 PRODUCT_JOBS = {
     "product": "ldem", "product_scan": "scan", "product_record": "record", "product_height_std": "height_std"

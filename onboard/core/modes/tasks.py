@@ -20,7 +20,7 @@ from onboard.records import Gdem, Twist
 from protocol.link.transactions import Order, RequestState
 
 if TYPE_CHECKING:
-    from onboard.perception.stop_map import StopMap
+    from onboard.perception.map.stop_map import StopMap
     from onboard.planning.prediction import Prediction
 
 WAY, WAY_CODEC = "way", "json"

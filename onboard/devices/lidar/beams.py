@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from onboard.config import Lidar
 from onboard.devices.lidar.model import Model, status_table
 from onboard.devices.lidar.scan_ring import ScanRing
-from onboard.native.scip import beams_into
+from onboard.kernel_calls.scip import beams_into
 from onboard.records import Scan
 from protocol import scip
 

@@ -7,7 +7,7 @@ from onboard.devices.lidar import model as models
 from onboard.devices.lidar.beams import BeamMaker
 from onboard.devices.lidar.clock import LidarClock
 from onboard.devices.lidar.watch import Watch
-from onboard.native.scip import Blocks
+from onboard.kernel_calls.scip import Blocks
 from onboard.records import Scan
 from protocol import WireError, scip
 

@@ -15,12 +15,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from onboard.perception.tiles import Tile, TileError, cut, decode, encode
+from onboard.perception.map.tiles import Tile, TileError, cut, decode, encode
 from onboard.records import Ldem
 from onboard.records.status import SaveResult
 
 if TYPE_CHECKING:
-    from onboard.perception.stop_map import StopMap
+    from onboard.perception.map.stop_map import StopMap
 
 FREE_BYTES = 64 << 20  # stay free: a full disk would end the record of the run too
 SUFFIX, TEMPORARY = ".tile", ".new"

@@ -23,7 +23,7 @@ from hil.terrain.fields import (
 from hil.terrain.mesh import block_mean
 from hil.terrain.real_ground import real_field, scaled_heights
 from onboard.config import Planning, Rover
-from onboard.planning import poses
+from onboard.planning.local import poses
 
 
 def real_window(seed):

@@ -192,6 +192,6 @@ def test_it_flies_without_a_damaged_map_where_the_configuration_says_so(tmp_path
 def test_no_start_mends_a_damaged_map_so_the_service_is_not_started_anew():
     from pathlib import Path
 
-    unit = (Path(__file__).parents[3] / "tools/service/el-dorado.service").read_text()
+    unit = (Path(__file__).parents[3] / "tools/installation/service/el-dorado.service").read_text()
     row = next(line for line in unit.splitlines() if line.startswith("RestartPreventExitStatus="))
     assert "65" in row.split("=")[1].split()

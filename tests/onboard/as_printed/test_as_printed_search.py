@@ -15,9 +15,9 @@ from docs.as_printed.next_position import (
 )
 from docs.as_printed.visibility import Fan, algorithm_1
 from docs.as_printed.visibility import Mended as MendedVisibility
-from onboard.planning.distance_transform import cost_to_go
-from onboard.planning.gain import Eyes
-from onboard.planning.next_position import Criterion, Question, choose
+from onboard.planning.local.distance_transform import cost_to_go
+from onboard.planning.sensing.gain import Eyes
+from onboard.planning.sensing.next_position import Criterion, Question, choose
 from onboard.records import Grid
 
 ALL = Mended(compares_with_current=True, tries_every_seed=True, keeps_the_better=True)

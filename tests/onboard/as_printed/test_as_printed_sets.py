@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 
 from docs.as_printed.sets import eq_2_to_5_hold, node_numbers
-from onboard.planning.poses import Freedom, node_sets
+from onboard.planning.local.poses import Freedom, node_sets
 from onboard.records import CellClass, Grid, NodeSet, Surface
 
 

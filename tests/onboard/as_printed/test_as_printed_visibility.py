@@ -8,7 +8,7 @@ import pytest
 from docs.as_printed.terrain import Mended as MendedTerrain
 from docs.as_printed.terrain import eq_17, eq_20
 from docs.as_printed.visibility import Fan, Mended, algorithm_1
-from onboard.planning import visibility
+from onboard.planning.sensing import visibility
 
 CORRECTED = Mended(ray_advances=True, flat_is_seen=True, mast_m=0.7, plan_steps=True)
 FLAT = np.zeros((200, 200), np.float32)

@@ -20,11 +20,11 @@ from onboard.bringup.calibrate.model import CALIBRATED, believed
 from onboard.bringup.calibrate.plan import lag_steps, room_m, square
 from onboard.bringup.calibrate.report import toml
 from onboard.bringup.calibrate.shell import again
-from onboard.bringup.can.jog import Phase
+from onboard.bringup.can.moving.jog import Phase
 from onboard.bringup.lidar.lag_report import LagReport
 from onboard.config import Can, Config, Record, Rover, load
 from onboard.devices.nodes import Nodes
-from onboard.perception.tilt_lag import Lag
+from onboard.perception.scan.tilt_lag import Lag
 from onboard.record.writer import Recorder
 from onboard.records import WheelCommand, WheelMode
 from protocol.generated.can_codec import TABLE

@@ -14,8 +14,8 @@ from hil.devices.can.command import faulty
 from hil.devices.can.hub import CanHub
 from hil.devices.can.wheels_off_ground import TICK_NS, Stand
 from onboard.__main__ import app
-from onboard.bringup.can import move
-from onboard.bringup.can.jog import Jog, Phase
+from onboard.bringup.can.moving import move
+from onboard.bringup.can.moving.jog import Jog, Phase
 from onboard.bus_guard.rules import BusGuard
 from onboard.config import Can, Rover
 from onboard.drivers.can.bus import open_bus

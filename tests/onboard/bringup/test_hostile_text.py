@@ -10,8 +10,8 @@ from click.exceptions import Exit
 from onboard.command_line import read_config
 from onboard.config import ConfigError, load, parse_override
 from onboard.config_text import to_toml
-from onboard.native import pose_field
-from onboard.planning.pose_field import moves_m
+from onboard.kernel_calls import pose_field
+from onboard.planning.local.pose_field import moves_m
 
 HOSTILE = {
     "brackets": "a = " + "[" * 100_000,

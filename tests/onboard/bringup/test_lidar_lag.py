@@ -18,8 +18,8 @@ from onboard.bringup.lidar.lag_report import LagReport
 from onboard.bringup.lidar.lag_sweeps import LagSweeps
 from onboard.bringup.lidar.sweeps import RecordedSweep, standing
 from onboard.config import Config, Lidar, Record, Rover, Scanning
-from onboard.perception.scan3d import gather
-from onboard.perception.tilt_lag import Lag, lag, nods
+from onboard.perception.scan.scan3d import gather
+from onboard.perception.scan.tilt_lag import Lag, lag, nods
 from onboard.record.writer import Recorder
 from onboard.records import Pose
 from protocol.generated.can_codec import TABLE

@@ -17,10 +17,10 @@ from onboard.bringup.maps.map_export import FORMATS, shade
 from onboard.config import Mapping_
 from onboard.drivers.storage.map_tiles import save
 from onboard.maps.gdem_file import from_npz
-from onboard.perception import ldem as maps
-from onboard.perception import tiles
-from onboard.perception.cell_classes import classify
-from onboard.perception.height_spread import height_std_m
+from onboard.perception.map import ldem as maps
+from onboard.perception.map import tiles
+from onboard.perception.map.cell_classes import classify
+from onboard.perception.map.height_spread import height_std_m
 from onboard.records import CellClass
 
 ROWS, COLUMNS = 30, 40
@@ -169,7 +169,7 @@ def test_the_sun_stands_in_the_north_west():
 
 def test_the_record_of_a_run_and_its_folder_give_the_same_file(folder, tmp_path):
     from onboard.config import load
-    from onboard.perception.stop_map import StopMap
+    from onboard.perception.map.stop_map import StopMap
     from onboard.record.writer import Recorder
 
     record = tmp_path / "onboard.mcap"

@@ -12,7 +12,7 @@ from mcap.reader import make_reader
 
 from onboard import config
 from onboard.__main__ import app
-from onboard.perception.scan3d import points
+from onboard.perception.scan.scan3d import points
 from onboard.record.writer import Recorder
 from tests.onboard.nodding import EXACT, ROVER, Nodding, latency_ns
 

@@ -10,7 +10,7 @@ import pytest
 from hil.devices.can.nodes import Encoder
 from onboard import config
 from onboard.motion.wheel_health import DriveHealth
-from onboard.perception.registration import RegistrationResult
+from onboard.perception.pose.registration import RegistrationResult
 from onboard.planning.prediction import predict
 from onboard.records import Gdem, Grid, LinkMessage
 from protocol.generated.can_codec import StopReason

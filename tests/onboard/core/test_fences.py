@@ -12,7 +12,7 @@ from onboard import config
 from onboard.core.rover import Rover
 from onboard.planning.fenced import MARGIN_M, STAND_M, closed, fenced, keep_out
 from onboard.planning.fences import GOAL, KEEP_OUT, Fence, entered, from_json, goal_refused, to_json
-from onboard.planning.poses import ORIENTATIONS, Freedom
+from onboard.planning.local.poses import ORIENTATIONS, Freedom
 from onboard.records import Gdem, Grid, Pose
 from onboard.records.status import SaveResult
 from protocol.link.transactions import RequestState

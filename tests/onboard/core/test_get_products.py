@@ -12,9 +12,9 @@ from onboard.core.modes.product_orders import SLICE_BYTES
 from onboard.core.rover import Rover
 from onboard.core.tick import tick
 from onboard.drivers.platform.workers import Inline
-from onboard.perception import ldem
-from onboard.perception.cloud import cloud
-from onboard.perception.height_spread import height_std_m
+from onboard.perception.map import ldem
+from onboard.perception.map.height_spread import height_std_m
+from onboard.perception.scan.cloud import cloud
 from onboard.record.reader import open_record
 from onboard.record.replay import replay
 from onboard.record.slice import SLIM_LEAVES_OUT, record_slice
@@ -120,7 +120,7 @@ def test_the_deviations_come_down_on_the_grid_of_the_map_within_their_error(expl
 
 
 def test_a_sweep_whose_turns_changed_their_geometry_gives_the_turns_that_are_alike():
-    from onboard.perception.scan_product import pack
+    from onboard.perception.scan.scan_product import pack
 
     rover = bench()
     rover.goto(3.0, 0.5)

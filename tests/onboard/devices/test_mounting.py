@@ -12,9 +12,9 @@ from hil.records import PlantState, WheelTruth
 from onboard.config import Can, Rover, Scanning
 from onboard.devices.nodes import Nodes
 from onboard.extrinsics import imu_rotation, lidar_rotation, rotated, rotation
-from onboard.perception.cloud import cloud
-from onboard.perception.live import mount_of, turn_of
-from onboard.perception.scan3d import gather, points
+from onboard.perception.map.live import mount_of, turn_of
+from onboard.perception.scan.cloud import cloud
+from onboard.perception.scan.scan3d import gather, points
 from onboard.records import BeamStatus, Scan, TiltTrack, WheelCommand, WheelMode
 
 ASKEW = BuildErrors(1.0, (0.03, -0.02, 0.01, 0.0), (0.0, 0.02, -0.03), (0.03, -0.02, 0.05), (0.02, -0.01, 0.3))

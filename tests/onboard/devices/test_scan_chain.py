@@ -11,8 +11,8 @@ from hil.devices.lidar import profile as profiles
 from hil.devices.lidar import sensor
 from onboard.config import Lidar, Rover, Scanning
 from onboard.devices.lidar.session import LidarSession
-from onboard.perception.cloud import cloud
-from onboard.perception.sweep import segments
+from onboard.perception.scan.cloud import cloud
+from onboard.perception.scan.sweep import segments
 from onboard.records import Chunk, PortState, Pose, TiltTrack
 
 TICK_NS, LEAD_NS = 10_000_000, 1_000_000_000

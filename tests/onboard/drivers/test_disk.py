@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from onboard.drivers.storage import map_tiles as disk
-from onboard.perception import ldem as maps
-from onboard.perception import tiles
-from onboard.perception.stop_map import NO_POINTS, StopMap, recall
+from onboard.perception.map import ldem as maps
+from onboard.perception.map import tiles
+from onboard.perception.map.stop_map import NO_POINTS, StopMap, recall
 from onboard.records import Ldem
 from onboard.records.status import SaveResult
 

@@ -20,8 +20,8 @@ from onboard.drivers.storage import map_tiles as disk
 from onboard.drivers.storage.map_tiles import Keeper, write_whole
 from onboard.drivers.storage.state_folder import StateFolder, count_boot, read_kept
 from onboard.journal import Level
-from onboard.perception.pose_filter import RESUME_SIGMA
-from onboard.perception.stop_map import NO_POINTS, StopMap
+from onboard.perception.map.stop_map import NO_POINTS, StopMap
+from onboard.perception.pose.pose_filter import RESUME_SIGMA
 from onboard.records.status import Save, SaveResult
 from protocol.tables.modes import Mode
 from tests.onboard.core_bench import QUICK, CoreBench

@@ -13,9 +13,9 @@ from onboard.__main__ import app
 from onboard.app import load_tiles, recall_map
 from onboard.config import ConfigError
 from onboard.drivers.storage.map_tiles import Keeper, save
-from onboard.perception import ldem as maps
-from onboard.perception import tiles
-from onboard.perception.stop_map import recall
+from onboard.perception.map import ldem as maps
+from onboard.perception.map import tiles
+from onboard.perception.map.stop_map import recall
 from onboard.record.replay import last_map, replay
 from onboard.record.writer import Recorder
 from protocol.tables.modes import Phase

@@ -15,7 +15,7 @@ from protocol.link.datagrams import bench_keys
 from tests.onboard.app.test_wall_clock import EX_CONFIG, EX_UNAVAILABLE, alone, started
 
 KEYS = bench_keys(7)
-UNIT = Path(__file__).parents[3] / "tools" / "service" / "el-dorado.service"
+UNIT = Path(__file__).parents[3] / "tools" / "installation" / "service" / "el-dorado.service"
 
 
 def restarts_after(code: int) -> bool:

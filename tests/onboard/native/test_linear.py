@@ -7,7 +7,7 @@ import pytest
 
 from onboard.native.linear import chain, decorrelated, inner, matrix, norm, product, solve
 from onboard.native.variant import available, load
-from onboard.perception import cell_classes
+from onboard.perception.map import cell_classes
 
 
 def in_order(a, b):

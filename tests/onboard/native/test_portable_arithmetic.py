@@ -9,13 +9,13 @@ import pytest
 
 ROOT = Path(__file__).parents[3]
 FLIGHT = ("onboard/core", "onboard/devices", "onboard/perception", "onboard/planning", "onboard/motion",
-          "onboard/native", "protocol")  # fmt: skip
+          "onboard/kernel_calls", "onboard/native", "protocol")  # fmt: skip
 MODULES = ("onboard/extrinsics.py", "onboard/records/__init__.py", "onboard/records/motion.py",
            "onboard/records/maps.py", "onboard/records/scan.py")  # fmt: skip
 EXEMPT = {
-    "onboard/perception/registration.py": "its result is recorded and taken from the record (record/registrations.py)",
-    "onboard/perception/settling.py": "part of that",
-    "onboard/perception/tilt_lag.py": "of `onboard lidar lag` and `onboard calibrate`: nothing of it flies",
+    "onboard/perception/pose/registration.py": "its result is taken from the record (record/registrations.py)",
+    "onboard/perception/pose/settling.py": "part of that",
+    "onboard/perception/scan/tilt_lag.py": "of `onboard lidar lag` and `onboard calibrate`: nothing of it flies",
     "protocol/generated/eldorado_dialect.py": "generated, for ground stations",
 }
 
@@ -35,15 +35,15 @@ ALLOWED = {  # (file, call): why it is the same everywhere
     ("onboard/native/linear.py", ".dot"): "`product` by that name",
     ("onboard/native/linear.py", "np.linalg"): "the name of an error",
     ("protocol/scip/block_reader.py", "np.dot"): "whole numbers of 18 bits, exact in float32 in any order",
-    ("onboard/perception/ekf.py", "from filterpy.kalman.EKF"):
+    ("onboard/perception/pose/ekf.py", "from filterpy.kalman.EKF"):
         "its products are of `linear.Matrix`, and it inverts one number at a time",
-    ("onboard/perception/cell_classes.py", "from statistics"): "rounded to 1e-9, none near a half (test_linear.py)",
+    ("onboard/perception/map/cell_classes.py", "from statistics"): "rounded to 1e-9, none near a half (test_linear.py)",
     ("onboard/planning/cycle.py", "from scipy"): "ndimage: dilation and labels of whole numbers",
     ("onboard/planning/fenced.py", "from scipy"): "ndimage: dilation of whole numbers",
     ("onboard/planning/gdem_refresh.py", "from scipy"): "ndimage: dilation and labels of whole numbers",
-    ("onboard/planning/poses.py", "from scipy"): "ndimage: maxima and minima, which round nothing",
-    ("onboard/planning/trust.py", "from scipy"): "ndimage: dilation of whole numbers",
-    ("onboard/planning/visibility.py", "from scipy.ndimage"):
+    ("onboard/planning/local/poses.py", "from scipy"): "ndimage: maxima and minima, which round nothing",
+    ("onboard/planning/guard/trust.py", "from scipy"): "ndimage: dilation of whole numbers",
+    ("onboard/planning/sensing/visibility.py", "from scipy.ndimage"):
         "distances: the nearest by whole numbers, then squares, sums and roots of float64",
 }  # fmt: skip
 POWERS = {"(2 * reach + 1) ** 2", "64 ** k"}  # of whole numbers

@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 
 from onboard import config
-from onboard.perception import ldem as ldem_module
-from onboard.planning import cycle, plan_records, poses
+from onboard.perception.map import ldem as ldem_module
+from onboard.planning import cycle, plan_records
 from onboard.planning.fences import KEEP_OUT, Fence
+from onboard.planning.local import poses
+from onboard.planning.local.path import is_free
+from onboard.planning.local.poses import Freedom, pose_freedom, wheel_cells
 from onboard.planning.mission_rule import MissionState
-from onboard.planning.path import is_free
-from onboard.planning.poses import Freedom, pose_freedom, wheel_cells
-from onboard.planning.strategies import STRATEGIES
+from onboard.planning.sensing.strategies import STRATEGIES
 from onboard.records import CellClass, Gdem, Grid, NodeSet, Pose, Surface
 
 SETTINGS = plan_records.PlanningSettings(

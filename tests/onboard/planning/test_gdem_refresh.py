@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from onboard.planning.gdem_refresh import refresh
-from onboard.planning.poses import Freedom
+from onboard.planning.local.poses import Freedom
 from onboard.records import CellClass, Gdem, Grid, Surface
 
 FINE = Grid(-9.95, -9.95, 0.1, 200, 200)

@@ -7,8 +7,8 @@ import pytest
 
 from onboard.planning import archive
 from onboard.planning.mission_rule import MissionState, Stop
-from onboard.planning.next_position import Choice, NextPosition
 from onboard.planning.plan_records import PlanReport, PlanResult
+from onboard.planning.sensing.next_position import Choice, NextPosition
 from onboard.records import Decision, Grid, NodeSet, Path, Pose
 
 GRID = Grid(-1.95, -0.95, 0.1, 20, 40)

@@ -7,9 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from onboard.perception.lost_beams import LostBeams
-from onboard.perception.registration import RegistrationResult
-from onboard.perception.stop_map import Look
+from onboard.perception.map.stop_map import Look
+from onboard.perception.pose.registration import RegistrationResult
+from onboard.perception.scan.lost_beams import LostBeams
 from onboard.record import registrations
 from onboard.record.rows import ROWS
 from onboard.record.schema import decode_inputs, encode_inputs

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocol import WireError, scip
-from tests.oracles_scip import verdict
+from tests.oracles.scip import verdict
 from tests.protocol.scip.test_scip import PP, VV
 
 FULL = scip.ScanRequest("MD", 0, 1080)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocol import WireError, scip
-from tests.oracles_scip import verdict
+from tests.oracles.scip import verdict
 
 CALM = settings(max_examples=60, deadline=None, derandomize=True)
 

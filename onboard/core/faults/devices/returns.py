@@ -24,7 +24,7 @@ import numpy as np
 
 from onboard.config import Rover
 from onboard.native.elementary import sin, total
-from onboard.perception.lost_beams import plane_range_m
+from onboard.perception.scan.lost_beams import plane_range_m
 from onboard.records import F64, BeamStatus, Scan
 
 WINDOW_TICKS, BAD_RATIO, LEAST_BAD = 200, 0.2, 4

@@ -14,7 +14,7 @@ from onboard.core.faults.devices.clocks import HOLD_NS, UTC_JUMP_NS, Jumps, UtcW
 from onboard.core.faults.devices.returns import SCANS, WINDOW_TICKS, FrameWatch, ReturnWatch
 from onboard.core.faults.devices.stall import StallWatch
 from onboard.devices.tilt import Tilt
-from onboard.perception.sweep import segments
+from onboard.perception.scan.sweep import segments
 from onboard.records import BeamStatus, Scan
 from protocol.generated.can_codec import TiltFeedbackFrame, TiltState
 from protocol.link.transactions import RequestState

@@ -10,7 +10,7 @@ import pytest
 
 from onboard import config
 from onboard.core.mission.beam_loss import LEVELS, Seeing, next_level, slower
-from onboard.perception.sweep import line_angles, segments
+from onboard.perception.scan.sweep import line_angles, segments
 from onboard.planning import cycle
 from onboard.planning.cycle import plan
 from onboard.planning.mission_rule import MissionState

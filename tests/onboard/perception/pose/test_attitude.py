@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from onboard.perception.attitude import Attitude
+from onboard.perception.pose.attitude import Attitude
 from onboard.records import ImuSample
 
 G = 1.62

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from filterpy.kalman import ExtendedKalmanFilter as Whole
 
-from onboard.perception import ekf
+from onboard.perception.pose import ekf
 
 
 def run(script):
@@ -15,21 +15,21 @@ def run(script):
 
 
 def test_the_filter_is_loaded_without_the_rest_of_filterpy_and_without_scipy_stats():
-    loaded = run("import sys, onboard.perception.ekf; print(*sys.modules)")
-    assert "onboard.perception.ekf" in loaded and "scipy.linalg" in loaded
+    loaded = run("import sys, onboard.perception.pose.ekf; print(*sys.modules)")
+    assert "onboard.perception.pose.ekf" in loaded and "scipy.linalg" in loaded
     assert not [name for name in loaded if name.startswith(("filterpy", "scipy.stats", "matplotlib"))]
 
 
 def test_the_whole_package_can_be_loaded_afterwards():
     assert run(
-        "import onboard.perception.ekf, filterpy.stats, filterpy.kalman; print(filterpy.stats.gaussian(0, 0, 1) "
+        "import onboard.perception.pose.ekf, filterpy.stats, filterpy.kalman; print(filterpy.stats.gaussian(0, 0, 1) "
         "> 0.3, filterpy.kalman.KalmanFilter(2, 1).x.shape)"
     ) == ["True", "(2,", "1)"]
 
 
 def test_its_likelihood_still_finds_the_density_of_the_whole_package():
     assert run(
-        "import numpy as np; from onboard.perception.ekf import ExtendedKalmanFilter as F; f = F(1, 1); "
+        "import numpy as np; from onboard.perception.pose.ekf import ExtendedKalmanFilter as F; f = F(1, 1); "
         "f.update(np.array([[1.0]]), lambda x: np.eye(1), lambda x: x); print(f.log_likelihood < 0)"
     ) == ["True"]
 

@@ -11,9 +11,9 @@ from onboard.config import Motion, Rover
 from onboard.motion.follower import Follower
 from onboard.motion.kinematics import stopped, wheel_commands, wheel_places
 from onboard.motion.odometry import body_twist
-from onboard.perception.localisation import Localisation, slide_ratio
-from onboard.perception.pose_filter import REACH_SIGMA
-from onboard.perception.registration import RegistrationResult
+from onboard.perception.pose.localisation import Localisation, slide_ratio
+from onboard.perception.pose.pose_filter import REACH_SIGMA
+from onboard.perception.pose.registration import RegistrationResult
 from onboard.records import ImuSample, Path, Pose, Twist, WheelCommand, WheelMode, WheelState
 
 PLACES = wheel_places(Rover())

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from onboard.config import Localisation
-from onboard.perception.registration import difference, merge_target, register
+from onboard.perception.pose.registration import difference, merge_target, register
 
 CONFIG = Localisation()
 DEG = math.pi / 180

@@ -6,7 +6,7 @@ from scipy.optimize import least_squares
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from onboard.perception.settling import Faces, apart, settle, transform
+from onboard.perception.pose.settling import Faces, apart, settle, transform
 
 SMALL = transform(np.array([0.01, -0.02, 0.03]), np.array([0.04, 0.05, -0.03]))
 
