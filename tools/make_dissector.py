@@ -14,8 +14,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from enum import IntEnum
 from pathlib import Path
 
+from ground.gateway.desks.orders import ROWS
 from ground.gateway.frames import mavlink
-from ground.gateway.orders import ROWS
 from protocol.link import bulk_wire, events, reports
 from protocol.link import datagrams as link
 from protocol.tables import commands

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from ground.gateway import frames
+from ground.gateway.desks.missions import Asker, To
 from ground.gateway.frames import Writer
-from ground.gateway.missions import Asker, To
 from ground.gateway.signing import Verifier
 from ground.gateway.texts import Text
 from protocol import WireError

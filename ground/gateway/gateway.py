@@ -15,13 +15,13 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from ground.gateway.clients import Address, Client, ClientMessage, Clients
-from ground.gateway.desk import CommandQueue, Outcome, acknowledgement
+from ground.gateway.desks.desk import CommandQueue, Outcome, acknowledgement
+from ground.gateway.desks.missions import Missions, RefusedItemError, To, goal_of
+from ground.gateway.desks.orders import MavCommand, RoverState
+from ground.gateway.desks.parameter_desk import ParameterDesk
 from ground.gateway.frames import COMPONENT_ID, SYSTEM_ID
 from ground.gateway.frames import mavlink as m
-from ground.gateway.missions import Missions, RefusedItemError, To, goal_of
-from ground.gateway.orders import MavCommand, RoverState
 from ground.gateway.origin import Origin
-from ground.gateway.parameter_desk import ParameterDesk
 from ground.gateway.texts import Texts
 from ground.gateway.vehicle import MESSAGES, heartbeat, told_by
 from ground.gateway.vehicle_state import VehicleState

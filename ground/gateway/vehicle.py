@@ -10,9 +10,9 @@ import math
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
+from ground.gateway.desks.modes import custom_mode
 from ground.gateway.frames import mavlink as m
 from ground.gateway.health import masks
-from ground.gateway.modes import custom_mode
 from ground.gateway.origin import e7
 from ground.gateway.vehicle_state import VehicleState
 from protocol.mavlink_frames import frd_from_flu, ned_angles, ned_from_enu

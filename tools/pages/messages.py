@@ -8,10 +8,10 @@ from pathlib import Path
 
 from pymavlink import dialects
 
+from ground.gateway.desks.orders import NEEDS_ENABLING, ROWS
+from ground.gateway.desks.parameters import ids_of, read_listing
 from ground.gateway.frames import mavlink
 from ground.gateway.health import DEVICES
-from ground.gateway.orders import NEEDS_ENABLING, ROWS
-from ground.gateway.parameters import ids_of, read_listing
 from ground.gateway.vehicle import MESSAGES as SHOWN
 from onboard.config import Config
 from onboard.parameters import ParameterSet, listing

@@ -12,7 +12,7 @@ import numpy as np
 from mcap.writer import Writer
 
 from ground.cli.operations.show import news_json, news_line
-from ground.gateway.parameters import Mirror
+from ground.gateway.desks.parameters import Mirror
 from ground.link.news import ProductHeard
 from ground.products import files, preview
 from ground.products.preview import NoMapError

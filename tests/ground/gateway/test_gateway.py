@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ground.gateway.desks.modes import custom_mode
+from ground.gateway.desks.orders import CANCELLED
 from ground.gateway.frames import mavlink as m
-from ground.gateway.modes import custom_mode
-from ground.gateway.orders import CANCELLED
 from ground.gateway.origin import Origin, e7
 from ground.link.news import Item
 from protocol.link.datagrams import DatagramKind, bench_keys

@@ -5,9 +5,9 @@ from itertools import product
 
 import pytest
 
+from ground.gateway.desks.modes import custom_mode
+from ground.gateway.desks.orders import GatewayAnswer, MavCommand, RoverState, order
 from ground.gateway.frames import mavlink as m
-from ground.gateway.modes import custom_mode
-from ground.gateway.orders import GatewayAnswer, MavCommand, RoverState, order
 from protocol.tables.modes import Mode
 from tests.ground.gateway_bed import ORIGIN, Bed, Client
 

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from ground.gateway.desks.parameters import Mirror, ids_of, read_listing, word
 from ground.gateway.frames import mavlink as m
 from ground.gateway.frames import text_of
-from ground.gateway.parameters import Mirror, ids_of, read_listing, word
 from onboard.config import Config
 from onboard.parameters import TABLE, ParameterSet, listing
 from tests.ground.gateway_bed import Bed, Client

@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ground.gateway.desks.orders import MavCommand, Request, RoverState, order
 from ground.gateway.frames import mavlink
-from ground.gateway.orders import MavCommand, Request, RoverState, order
 from ground.gateway.origin import Origin
 from onboard.core.rover import Rover
 from onboard.records import BusTrouble, Frame, Inputs, RecordTrouble

@@ -13,8 +13,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from ground.gateway.desks.orders import place_m
 from ground.gateway.frames import mavlink as m
-from ground.gateway.orders import place_m
 from ground.gateway.origin import Origin, e7
 from protocol.tables.commands import command
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections import deque
 from typing import Any, NamedTuple
 
+from ground.gateway.desks.missions import Asker, ClientKey, To
+from ground.gateway.desks.parameters import Mirror, Parameter, same, word
 from ground.gateway.frames import mavlink as m
 from ground.gateway.frames import text_of
-from ground.gateway.missions import Asker, ClientKey, To
-from ground.gateway.parameters import Mirror, Parameter, same, word
 from ground.link.news import EventHeard
 from ground.link.session import Session
 from protocol.link.transactions import RequestState

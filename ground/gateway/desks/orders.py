@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+from ground.gateway.desks.modes import Auto, asked_mode, custom_mode, unpacked
 from ground.gateway.frames import mavlink as m
-from ground.gateway.modes import Auto, asked_mode, custom_mode, unpacked
 from ground.gateway.origin import Origin
 from protocol.conventions import wrap_rad
 from protocol.mavlink_frames import enu_angles, ned_from_enu

@@ -18,9 +18,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from ground.gateway.desks.missions import Asker, ClientKey, To
+from ground.gateway.desks.orders import CANCELLED, GIVES_WAY, GatewayAnswer, MavCommand, Request, RoverState, order
 from ground.gateway.frames import mavlink as m
-from ground.gateway.missions import Asker, ClientKey, To
-from ground.gateway.orders import CANCELLED, GIVES_WAY, GatewayAnswer, MavCommand, Request, RoverState, order
 from ground.link.session import Session
 from protocol.link.transactions import Code, Report, RequestState
 from protocol.tables import commands
