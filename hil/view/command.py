@@ -71,7 +71,7 @@ def _serve(folder: Path, port: int) -> None:
     from hil.view.folder import Folder
 
     found = Folder(folder)  # first: the viewer takes a second to load
-    from hil.view.serve import serve
+    from hil.view.browser.serve import serve
 
     try:
         serve(found, port, lambda address: typer.echo(f"watch {folder}: {address}   Ctrl-C ends it"))

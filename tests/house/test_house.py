@@ -19,7 +19,7 @@ ONE_IMPORTER = {
     "zenoh": {"transport/zenoh_end.py", "hil/link/emulator.py"},
     "pybullet": {"hil/plant/engine.py"},
     "filterpy": {"onboard/perception/pose/ekf.py"},
-    "viser": {f"hil/view/{name}.py" for name in ("scene", "panel", "serve")},
+    "viser": {f"hil/view/browser/{name}.py" for name in ("scene", "panel", "serve")},
     "rerun": {"hil/view/rrd.py"},
     "textual": {"ground/cli/watch/app.py"},
     "foxglove": {"ground/foxglove/server.py", "ground/foxglove/shapes.py"},

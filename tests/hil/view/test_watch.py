@@ -27,10 +27,10 @@ from hil.scenarios.model import Scenario
 from hil.terrain.field import truth_height
 from hil.terrain.obstacle import Obstacle
 from hil.view import video
+from hil.view.browser.serve import Watcher, open_server
 from hil.view.folder import Folder
 from hil.view.live import RECORDS, watched
 from hil.view.model import about, parts, turns_rad
-from hil.view.serve import Watcher, open_server
 from hil.view.story import Moment
 from hil.view.tail import NoRunError
 from hil.world.truth import Patch, TruthFile

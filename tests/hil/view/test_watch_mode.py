@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hil.view.panel import place, status
+from hil.view.browser.panel import place, status
 from hil.view.story import Instant, Moment, StoryEvent, _mode
 
 pytestmark = pytest.mark.tool

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from markdown_it import MarkdownIt
 
-from hil.view.panel import event_line, status
+from hil.view.browser.panel import event_line, status
 from hil.view.story import Instant, Moment, StoryEvent
 from protocol.visible import visible
 

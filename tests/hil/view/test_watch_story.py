@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from mcap.reader import make_reader
 
 from hil.records import Touch, TrueTurn
+from hil.view.browser.player import Player
 from hil.view.folder import Folder
-from hil.view.player import Player
 from hil.view.story import STEP_M, Moment, PathSoFar, Story
 from hil.view.tail import NoRunError, Tail
 from hil.world.truth import Truth, read_turn

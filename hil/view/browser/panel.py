@@ -10,8 +10,8 @@ from typing import Any
 
 from viser import GuiApi
 
-from hil.view.player import SPEEDS, Player
-from hil.view.scene import LAYERS, Scene
+from hil.view.browser.player import SPEEDS, Player
+from hil.view.browser.scene import LAYERS, Scene
 from hil.view.story import Instant, Moment, StoryEvent
 from protocol.visible import visible
 

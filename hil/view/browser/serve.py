@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 import viser
 
+from hil.view.browser.panel import Panel
+from hil.view.browser.player import Player
+from hil.view.browser.scene import Scene
 from hil.view.folder import Folder
-from hil.view.panel import Panel
-from hil.view.player import Player
 from hil.view.port import HOST, PortInUseError, address, check_port
-from hil.view.scene import Scene
 from hil.view.story import TrueGround
 from onboard.config import Rover, load
 from onboard.records import F64
