@@ -1,6 +1,9 @@
 """The house keeps its rules: one importer per library, no clock in the core, tables complete."""
 
 import ast
+import re
+import subprocess
+from collections import Counter
 from functools import cache
 from pathlib import Path
 
@@ -107,6 +110,31 @@ def test_the_core_reads_no_clock_socket_or_environment_and_prints_nothing():
 def test_no_file_is_over_500_lines():
     long = {name: n for name, _ in sources(*PACKAGES) if (n := len((ROOT / name).read_text().splitlines())) > 500}
     assert not long
+
+
+MOST_FILES = 15
+UNLIMITED = {"docs", "docs/pictures", "pictures", "hil/scenarios/data", "onboard/kernels", "tests/fuzz/corpus"}
+DUE = {"ground/page"}  # to be divided
+AT_THE_ROOT = {  # where their tools look for them; pip's locks beside what they lock
+    ".gitignore", "CHANGELOG.md", "CMakeLists.txt", "Makefile", "README.md", "pyproject.toml",
+}  # fmt: skip
+
+
+def crowded(paths):
+    """Folders of these files with more files beside each other than a folder may have, and their numbers."""
+    counts = Counter(Path(path).parent.as_posix() for path in paths)
+    return {name: n for name, n in counts.items() if n > MOST_FILES and name not in UNLIMITED | DUE}
+
+
+def test_no_folder_has_more_than_15_files_beside_each_other():
+    files = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split("\n")
+    locks = {name for name in files if re.fullmatch(r"requirements[\w-]*\.(lock|in)", name)}
+    assert not crowded(name for name in files if name and name not in AT_THE_ROOT | locks)
+
+
+def test_a_16th_file_in_a_folder_is_found():
+    files = [f"onboard/core/file_{n}.py" for n in range(16)]
+    assert crowded(files) == {"onboard/core": 16} and not crowded(files[1:])
 
 
 def test_every_fault_has_a_monitor_and_every_monitor_a_fault():
