@@ -4,8 +4,8 @@
         \\--> DONE (refused)                                  \\------ problem, stop ----------------^ at rest, then off
 
 A step rolls (`roll`) or scans (the flight program's `Sensing`). These end the drive: any condition that forbids a
-movement by hand (`bringup.can.moving.permit`), a wheel, the inertial sensor or the scanner gone silent, a fault of the flight
-program's wheel monitors, a slope, and a step that takes too long.
+movement by hand (`bringup.can.moving.permit`), a wheel, the inertial sensor or the scanner gone silent, a fault of the
+flight program's wheel monitors, a slope, and a step that takes too long.
 """
 
 from __future__ import annotations
