@@ -133,6 +133,9 @@ bench-link: .venv/.project ## the link's promises in virtual time, many seeds; Q
 soak: .venv/.project ## ten missions in a row and an hour in lock-step, a minute on the wall clock: memory, descriptors, threads, ticks
 	@$(ONE_THREAD) $(B)/python -m tests.soak
 
+gate: .venv/.project ## may this version land? 20 flights against the committed baseline, 10 minutes; PLANT=guard_off must be red
+	@$(B)/python -m tests.gate $(PLANT:%=--plant %)
+
 missions: .venv/.project ## mission rule, guard, map and small rocks without physics; FRESH=commit: 60 more seeds
 	@$(ONE_THREAD) $(B)/python -m tests.missions fly $(if $(FRESH),--fresh-from $(FRESH))
 	@$(ONE_THREAD) $(B)/python -m tests.missions guard
@@ -145,6 +148,8 @@ nightly: lint test test-tools test-missions test-vcan test-sanitize bench bench-
 	@$(B)/hil demo --terrain real --out build/nightly/real
 	@$(B)/hil demo --terrain craters --out build/nightly/craters
 	@$(B)/hil tally build/nightly
+	@$(MAKE) gate
+	@$(B)/python -m tests.gate --prove
 	@$(MAKE) fuzz FUZZ_S=600
 	@$(MAKE) test-scenarios FULL=1
 	@$(MAKE) test-certificates
@@ -209,4 +214,4 @@ clean: ## remove build and .venv
 help: ## this list
 	@grep -E '^[a-z0-9-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 16
 
-.PHONY: setup demo sim test test-times test-tools test-missions test-scenarios test-vcan test-roots test-certificates test-arm64 test-page test-mutation test-sanitize fuzz lint bench bench-link soak missions nightly codec clients docs site rover locks install uninstall deb size clean help
+.PHONY: setup demo sim test gate test-times test-tools test-missions test-scenarios test-vcan test-roots test-certificates test-arm64 test-page test-mutation test-sanitize fuzz lint bench bench-link soak missions nightly codec clients docs site rover locks install uninstall deb size clean help
