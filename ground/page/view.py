@@ -116,6 +116,7 @@ def _pose(shot: Snapshot, values: dict[str, Any], now: int) -> dict[str, Any] | 
         "x_m": x_m,
         "y_m": y_m,
         "yaw_rad": yaw_rad,
+        **{name: _number(shot, name) for name in ("z_m", "roll_rad", "pitch_rad")},
         "at_s": at_s,
         "stale_s": values["x_m"]["stale_s"],
         "live": "x_m" in shot.items,

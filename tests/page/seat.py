@@ -13,6 +13,12 @@ from playwright.sync_api import expect
 ROOT = Path(__file__).parents[2]
 OUT = ROOT / "build/page"
 WAIT_MS = 90_000  # a busy computer shares its cores with this
+FLAGS = [
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+]  # WebGL without a GPU
 FIGURES: dict[str, float] = {}
 
 

@@ -3,7 +3,8 @@
     python toy_page.py FOLDER PORT [ONE_WAY_S]
 
 Orders: `silent on|off` (nothing comes down), `deaf on|off` (nothing goes up), `event NAME TEXT`, `closed on|off`,
-`loss RATIO`, `flood` (a product of 4 MB), `height_std` (the deviations), `large` (maps of
+`loss RATIO`, `flood` (a product of 4 MB), `height_std` (the deviations), `scan RISE_M` (a sweep
+over ground that is so much higher), `large` (maps of
 40,000 and 250,000 cells), `freeze S` (the web server's loop is blocked for so long).
 """
 
@@ -34,6 +35,7 @@ from protocol.link.datagrams import bench_keys  # noqa: E402
 from protocol.products import LdemProduct, MapGrid, encode_ldem  # noqa: E402
 from protocol.products.height_std import HEIGHT_STD_CODEC, HeightStd, encode_height_std  # noqa: E402
 from protocol.products.pose_map import PoseMap, encode_poses  # noqa: E402
+from protocol.products.scan import SCAN_CODEC, ScanProduct, encode_scan  # noqa: E402
 from tests.ground.toy_rover import TICK_NS, ToyRover  # noqa: E402
 
 MORE = {
@@ -54,6 +56,24 @@ def a_map(cells: int = 120) -> bytes:
     sets = np.where((freedom == 2).any(axis=0), 3, np.where((freedom == 0).any(axis=0), 2, 1)).astype(np.uint8)
     poses = PoseMap(freedom, (2.0, 1.0, 0.0), known=True, settings=digest(load()))
     return encode_ldem(LdemProduct(MapGrid(-3.95, -4.95, 0.1, cells, cells), heights, sets)) + encode_poses(poses)
+
+
+def a_scan(end_ns: int, rise_m: float, lines: int = 240, beams: int = 300) -> bytes:
+    """A sweep from the rover's place over even ground; it ended at `end_ns`."""
+    tilt_rad, first_rad, line_ns = np.linspace(1.05, 0.05, lines), -1.13, 25_000_000
+    down = np.sin(tilt_rad)[:, None] * np.cos(np.linspace(first_rad, -first_rad, beams))[None, :]
+    ranges_m = (0.7 - rise_m) / np.maximum(down, 0.02)
+    status = (ranges_m > 8.0).astype(np.uint8)
+    start_ns = max(0, end_ns - lines * line_ns) + line_ns * np.arange(lines, dtype=np.int64)
+    mounting, place = np.eye(4), np.eye(4)
+    mounting[2, 3], place[:2, 3] = 0.7, (0.0, 2.0)
+    ranges_m = np.where(status == 0, ranges_m, np.nan).astype(np.float32)
+    return encode_scan(
+        ScanProduct(
+            4, first_rad, -2 * first_rad / (beams - 1), ranges_m, status, start_ns, np.full(lines, 17361.1), start_ns,
+            tilt_rad, place, mounting,
+        )
+    )  # fmt: skip
 
 
 class Air:
@@ -102,6 +122,11 @@ class Air:
             std_m = np.geomspace(0.002, 0.2, 120, dtype=np.float32) * np.ones((120, 1), np.float32)
             data = encode_height_std(HeightStd(MapGrid(-3.95, -4.95, 0.1, 120, 120), std_m))
             self.rover._bulk.offer("height_std", data, HEIGHT_STD_CODEC, self.go_on())
+
+    def scan(self, rise_m: float) -> None:
+        with self._lock:
+            now_ns = self.go_on()
+            self.rover._bulk.offer("scan", a_scan(now_ns, rise_m), SCAN_CODEC, now_ns)
 
     def flood(self) -> None:
         with self._lock:
@@ -152,6 +177,8 @@ def orders(air: Air, maps: Maps, freeze: list[float]) -> None:
             air.flood()
         elif verb == "height_std":
             air.deviations()
+        elif verb == "scan":
+            air.scan(float(rest))
         elif verb == "large":
             air.rover.map, maps.gdem = a_map(200), large_gdem()
         elif verb == "freeze":
