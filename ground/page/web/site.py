@@ -15,19 +15,19 @@ from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import FileResponse, HTMLResponse, JSONResponse, PlainTextResponse, RedirectResponse, Response
 
 from ground.archive.schema import ArchiveError
-from ground.page.access import Role, cookie_name, cookie_value, role_of_token
-from ground.page.acknowledged import Acknowledged
-from ground.page.guard import Gate
-from ground.page.live import Live
-from ground.page.maps import Maps
-from ground.page.orders import who
-from ground.page.replay import Replay
-from ground.page.stop import StopDesk
-from ground.page.tree_feed import TreeFeed
-from ground.page.view import view
+from ground.page.live.acknowledged import Acknowledged
+from ground.page.live.link import Live
+from ground.page.live.orders import who
+from ground.page.map.maps import Maps
+from ground.page.past.replay import Replay
+from ground.page.view.model import view
+from ground.page.view.tree_feed import TreeFeed
+from ground.page.web.access import Role, cookie_name, cookie_value, role_of_token
+from ground.page.web.guard import Gate
+from ground.page.web.stop import StopDesk
 from protocol import WireError
 
-STATIC = Path(__file__).parent / "static"
+STATIC = Path(__file__).parents[1] / "static"
 _FILES = {path.name: path for path in STATIC.iterdir() if path.suffix in (".js", ".css")}
 _KINDS = {".js": "text/javascript", ".css": "text/css"}
 _YEAR_S = 31_536_000

@@ -8,9 +8,9 @@ from typing import Any
 import nicegui
 from nicegui.element import Element
 
-from ground.page import map_layers
-from ground.page.site import STATIC
-from ground.page.view import layout
+from ground.page.map import layers
+from ground.page.view.model import layout
+from ground.page.web.site import STATIC
 from onboard.config import load
 
 _SIZES = ("half_wheelbase_m", "half_track_m", "wheel_radius_m", "wheel_width_m", "belly_m")
@@ -59,7 +59,7 @@ class MapView(Element, component=_component("map")):
     def __init__(self, operator: bool) -> None:
         super().__init__()
         self._props["operator"] = operator
-        self._props["layer"] = map_layers.LAYERS[0]
+        self._props["layer"] = layers.LAYERS[0]
 
 
 class View3d(Element, component=_component("view_3d"), esm={"nicegui-scene": str(_THREE)}):

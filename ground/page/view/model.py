@@ -11,9 +11,9 @@ import math
 from typing import Any
 
 from ground.link.contact import SILENT_NS
-from ground.page.pace import unequal
-from ground.page.snapshot import CommandRow, EventRow, Snapshot
-from ground.page.words import DRAWN, GROUPS, command_words, label, rest, value_words
+from ground.page.view.pace import unequal
+from ground.page.view.snapshot import CommandRow, EventRow, Snapshot
+from ground.page.view.words import DRAWN, GROUPS, command_words, label, rest, value_words
 from protocol.tables.telemetry import BY_NAME, out_of_limits
 
 MOST_EVENTS, MOST_COMMANDS = 200, 40

@@ -10,15 +10,16 @@ from typing import Any
 from nicegui import run, ui
 
 from ground.archive.schema import ArchiveError
-from ground.page import drawn, map_layers, orders
-from ground.page.access import Role
-from ground.page.components import Commands, Feed, Headline, Link, MapView, Values, View3d, Wheels
-from ground.page.past_bar import PastBar, at_words
-from ground.page.series import F64
-from ground.page.site import Site
-from ground.page.tree_feed import PAST, past_text
-from ground.page.view import view
-from ground.page.words import label
+from ground.page.live import orders
+from ground.page.live.series import F64
+from ground.page.map import drawn, layers
+from ground.page.panels.components import Commands, Feed, Headline, Link, MapView, Values, View3d, Wheels
+from ground.page.past.bar import PastBar, at_words
+from ground.page.view.model import view
+from ground.page.view.tree_feed import PAST, past_text
+from ground.page.view.words import label
+from ground.page.web.access import Role
+from ground.page.web.site import Site
 from ground.products.preview import NoMapError
 from onboard.config import ConfigError
 from protocol.tables import commands
@@ -248,19 +249,19 @@ class Board:
         if self._operator:
             self._map.on("goal", lambda event: self._clicked(event.args))
         with ui.element("div").classes("map-legend"):
-            layers = ui.toggle(
-                list(map_layers.LAYERS), value=map_layers.LAYERS[0], on_change=lambda event: self._layer(event.value)
+            choice = ui.toggle(
+                list(layers.LAYERS), value=layers.LAYERS[0], on_change=lambda event: self._layer(event.value)
             )
-            layers.props("dense no-caps unelevated").props('aria-label="Layer of the map"')
+            choice.props("dense no-caps unelevated").props('aria-label="Layer of the map"')
             self._legend = ui.element("div").classes("legend")
-        self._layer(map_layers.LAYERS[0])
+        self._layer(layers.LAYERS[0])
 
     def _layer(self, layer: str) -> None:
         self._map._props["layer"] = layer
         self._map.update()
         self._legend.clear()
         with self._legend:
-            for colour, meaning in map_layers.legend(layer):
+            for colour, meaning in layers.legend(layer):
                 with ui.element("span"):
                     ui.element("i").style(f"background:{colour}")
                     ui.label(meaning)

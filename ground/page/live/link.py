@@ -25,11 +25,11 @@ from ground.cli.operations.operate import SHORT_WAIT_S, closed_words
 from ground.link.contact import NOT_HEARD_THERE, Contact, Uplink
 from ground.link.news import EventHeard, Item, News, ProductHeard
 from ground.link.session import Session
-from ground.page.pace import Pace, unequal
-from ground.page.past import Past, read_past, trail
-from ground.page.series import Series, Trail
-from ground.page.snapshot import EMPTY, CommandRow, EventRow, OldValue, Snapshot
-from ground.page.view import measured_ns
+from ground.page.live.series import Series, Trail
+from ground.page.past.archive import Past, read_past, trail
+from ground.page.view.model import measured_ns
+from ground.page.view.pace import Pace, unequal
+from ground.page.view.snapshot import EMPTY, CommandRow, EventRow, OldValue, Snapshot
 from ground.station.clock import WallClock
 from ground.station.settings import StationSettings
 from ground.station.station import Station, StationError

@@ -21,9 +21,9 @@ from ground.archive.read import Span, reading, rows
 from ground.archive.schema import ArchiveError
 from ground.link.news import Item
 from ground.link.rover_clock import Correlation
-from ground.page import buffers, drawn, map_layers
-from ground.page.past import thinned
-from ground.page.snapshot import CommandRow, EventRow, Snapshot
+from ground.page.map import buffers, drawn, layers
+from ground.page.past.archive import thinned
+from ground.page.view.snapshot import CommandRow, EventRow, Snapshot
 from protocol import WireError
 from protocol.link.reports import RequestState
 from protocol.products import decode_ldem, poses_of
@@ -146,9 +146,9 @@ class Replay:
         return buffers.cloud_buffer(data, utc_ns + at_ns, None if clock is None else clock.onboard_ns)
 
     def _drawn(self, product: int, layer: str, utc_s: int) -> bytes:
-        return map_layers.ldem_picture(self._map(product), layer, float(utc_s))
+        return layers.ldem_picture(self._map(product), layer, float(utc_s))
 
-    def _decoded(self, product: int) -> map_layers.Seen:
+    def _decoded(self, product: int) -> layers.Seen:
         """Return the map of a product's row. Raises LookupError for none or one that cannot be decoded."""
         if self._path is None:
             raise LookupError("no archive")
@@ -161,7 +161,7 @@ class Replay:
         if found is None or tuple(map(type, found)) != (bytes, int):
             raise LookupError(f"the archive has no map {product}")
         try:
-            return map_layers.seen(decode_ldem(found[0]), poses_of(found[0]), found[1])
+            return layers.seen(decode_ldem(found[0]), poses_of(found[0]), found[1])
         except WireError as error:
             raise LookupError(f"map {product}: {error}") from error
 
@@ -192,7 +192,7 @@ class Replay:
     def _map_tree(self, product: int, utc_ns: int) -> dict[str, Any]:
         seen = self._map(product)
         return {
-            "bounds": map_layers.bounds(seen.grid),
+            "bounds": layers.bounds(seen.grid),
             "revision": product,
             "utc_s": utc_ns / 1e9,
             "cells": list(seen.product.heights_m.shape),

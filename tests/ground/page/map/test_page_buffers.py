@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from ground.archive.store import Archive
-from ground.page import buffers
-from ground.page.maps import Maps
-from ground.page.replay import Replay
+from ground.page.map import buffers
+from ground.page.map.maps import Maps
+from ground.page.past.replay import Replay
 from protocol import WireError
 from protocol.link.bulk import Product
 from protocol.products import LDEM_CODEC, LdemProduct, MapGrid, encode_ldem

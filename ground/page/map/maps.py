@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from ground.archive.read import newest_product, reading
 from ground.archive.schema import ArchiveError
-from ground.page import buffers, drawn, map_layers
+from ground.page.map import buffers, drawn, layers
 from ground.products import preview
 from ground.products.preview import Map, NoMapError
 from onboard.records import Gdem
@@ -41,7 +41,7 @@ class Maps:
     def __init__(self, gdem: Gdem | None, archive: Path | None) -> None:
         self.gdem, self._archive, self._lock = gdem, archive, threading.Lock()
         self.revision = 0
-        self._seen: map_layers.Seen | None = None
+        self._seen: layers.Seen | None = None
         self._std: HeightStd | None = None
         self._drawn_trees: dict[str, Any] = dict.fromkeys(drawn.NAMES)
         self.trouble = ""
@@ -71,7 +71,7 @@ class Maps:
     def _add(self, name: str, codec: str, data: bytes, utc_ns: int, onboard_ns: int | None) -> None:
         try:
             if name == "ldem":
-                fresh = map_layers.seen(decode_ldem(data), poses_of(data), utc_ns, self._seen)
+                fresh = layers.seen(decode_ldem(data), poses_of(data), utc_ns, self._seen)
                 fresh = fresh._replace(std=self._std)
                 with self._lock:
                     self._seen, self.revision = fresh, self.revision + 1
@@ -97,7 +97,7 @@ class Maps:
             None
             if found is None
             else {
-                "bounds": map_layers.bounds(found.grid),
+                "bounds": layers.bounds(found.grid),
                 "revision": revision,
                 "utc_s": found.at_utc_ns / 1e9 or None,
                 "deviations": found.std is not None,
@@ -106,7 +106,7 @@ class Maps:
                 "terrain": f"/map/terrain.bin?revision={revision}",
             }
         )
-        orbit = None if self.gdem is None else {"bounds": map_layers.bounds(self.gdem.grid)}
+        orbit = None if self.gdem is None else {"bounds": layers.bounds(self.gdem.grid)}
         cloud = None if scan is None else {"utc_s": scan.utc_ns / 1e9 or None, "buffer": f"/map/cloud.bin?scan={scans}"}
         return {"ldem": ldem, "gdem": orbit, "scan": cloud, **self._drawn_trees, "trouble": self.trouble}
 
@@ -121,7 +121,7 @@ class Maps:
             found = self._seen
         if found is None or revision < 0:
             raise LookupError("no map of the rover yet")
-        return map_layers.ldem_picture(found, layer, tens_of_s * 10.0)
+        return layers.ldem_picture(found, layer, tens_of_s * 10.0)
 
     def cloud(self) -> bytes:
         """Return the buffer of the newest scan. Raises LookupError without one, WireError for a damaged one."""
@@ -143,7 +143,7 @@ class Maps:
         """Return the orbiter's map as PNG. Raises LookupError without one."""
         if self.gdem is None:
             raise LookupError("no orbiter's map was named (--gdem)")
-        return map_layers.gdem_picture(self.gdem)
+        return layers.gdem_picture(self.gdem)
 
     def preview(self, x_m: float, y_m: float) -> dict[str, Any]:
         """Return what a goto would do, by the rover's own planner on the newest map. Takes up to some seconds.
