@@ -14,7 +14,7 @@ export default {
     <p v-if="missing" class="no-3d">{{ missing }}</p>
     <div v-if="!missing" class="map-tools"><button type="button" @click="look('all')" title="show all">all</button><button type="button" @click="look('above')">from above</button>
       <button type="button" @click="look('rover')">behind the rover</button><button type="button" @click="zoom(1.3)" aria-label="nearer">+</button><button type="button" @click="zoom(1 / 1.3)" aria-label="further">−</button></div>
-    <div v-if="!missing" class="map-words"><span class="cloud-words" :class="{ stale: cloud_old }">{{ cloud_words }}</span><span class="terrain-words" :class="{ stale: terrain_old }">{{ terrain_words }}</span></div></div>`,
+    <div v-if="!missing && cloud_words" class="map-words"><span class="cloud-words" :class="{ stale: cloud_old }">{{ cloud_words }}</span><span class="terrain-words" :class="{ stale: terrain_old }">{{ terrain_words }}</span></div></div>`,
   props: { rover: Object },
   emits: ["ready"],
   data() {
