@@ -5,6 +5,7 @@ SEED ?= 1
 FUZZ_S ?= 120
 TERRAIN ?= fbm
 LAWS ?= fast
+MINUTES ?= 3
 PREFIX ?= /usr/local
 SYSCONFDIR ?= /etc
 B := .venv/bin
@@ -114,8 +115,8 @@ fuzz: .venv/.project .venv/.atheris ## hostile bytes at every door, looking at t
 	@$(B)/python -m pip install --quiet --disable-pip-version-check --no-deps --only-binary :all: --require-hashes -r requirements-browser.lock
 	@touch $@
 
-test-page: .venv/.project .venv/.browser ## the operator's page in a real Chromium, on a toy rover (minutes); ONLY="-k stop"; screenshots in build/page
-	@$(B)/python -m tests.page $(ONLY)
+test-page: .venv/.project .venv/.browser ## the operator's page in a real Chromium, on a toy rover (minutes); ONLY="-k stop"; MINUTES=30 of memory; build/page
+	@MINUTES=$(MINUTES) $(B)/python -m tests.page $(ONLY)
 
 lint: .venv/.project ## ruff and its formatter, mypy --strict on protocol, transport and onboard, import contracts, rules of sources and pages
 	@$(B)/ruff check .
@@ -151,6 +152,7 @@ nightly: lint test test-tools test-missions test-vcan test-sanitize bench bench-
 	@$(MAKE) gate
 	@$(B)/python -m tests.gate --prove
 	@$(MAKE) fuzz FUZZ_S=600
+	@$(MAKE) test-page MINUTES=30
 	@$(MAKE) test-scenarios FULL=1
 	@$(MAKE) test-certificates
 	@if [ "$$(id -u)" = 0 ]; then $(MAKE) test-roots; else echo "without test-roots: it needs root"; fi

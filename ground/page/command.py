@@ -17,7 +17,7 @@ from ground.station.settings import StationSettings, load_settings
 
 if TYPE_CHECKING:
     from ground.foxglove.server import FoxgloveServer
-    from ground.page.live import OnTurn
+    from ground.page.live.link import OnTurn
 
 EXAMPLES = (
     "Examples: ground serve | ground serve --port 9000 --gdem build/sim/gdem.npz | ground serve --foxglove\n\n"
@@ -85,7 +85,7 @@ def _foxglove(stack: ExitStack, host: str, port: int) -> FoxgloveServer:
         from ground.foxglove.server import FoxgloveServer
     except ModuleNotFoundError as error:
         raise fail(USAGE, f"--foxglove needs the package {error.name}-sdk: pip install '.[foxglove]'") from None
-    from ground.page.access import is_loopback
+    from ground.page.web.access import is_loopback
 
     server = stack.enter_context(FoxgloveServer(host, port))
     line_out(f"Foxglove: ws://{_reached(host)}:{port}")
@@ -99,8 +99,8 @@ def _foxglove(stack: ExitStack, host: str, port: int) -> FoxgloveServer:
 
 def _serve_foxglove(settings: StationSettings, on_turn: OnTurn | None) -> NoReturn:
     """Keep the link open for Foxglove alone until Ctrl-C, and report on stderr why it is down."""
-    from ground.page.live import Live
-    from ground.page.snapshot import EMPTY
+    from ground.page.live.link import Live
+    from ground.page.view.snapshot import EMPTY
 
     live, wait, trouble = Live(settings, lambda product, utc_ns: None, on_turn=on_turn), threading.Event(), ""
     live.start()
@@ -119,13 +119,13 @@ def _serve_page(settings: StationSettings, options: PageOptions, on_turn: OnTurn
     host, port, https = options.host, options.port, options.https
     os.environ.setdefault("NICEGUI_STORAGE_PATH", str(_folder(settings) or Path("build")))
     # the page's library takes a second to load: only this command pays for it
-    from ground.page.access import hosts_of, is_loopback, new_tokens, stored_tokens
-    from ground.page.acknowledged import Acknowledged
-    from ground.page.guard import Gate
-    from ground.page.live import Live
-    from ground.page.maps import Maps
+    from ground.page.live.acknowledged import Acknowledged
+    from ground.page.live.link import Live
+    from ground.page.map.maps import Maps
     from ground.page.server import application, listen, run
-    from ground.page.site import Site
+    from ground.page.web.access import hosts_of, is_loopback, new_tokens, stored_tokens
+    from ground.page.web.guard import Gate
+    from ground.page.web.site import Site
     from ground.products.preview import NoMapError, gdem_file
 
     folder = _folder(settings)

@@ -13,11 +13,11 @@ from fastapi import Request
 from nicegui import app as page_app
 from nicegui import ui
 
-from ground.page.access import Role
-from ground.page.board import Board
-from ground.page.guard import Guard
-from ground.page.orders import who
-from ground.page.site import Site, routes, stop_bar
+from ground.page.live.orders import who
+from ground.page.panels.board import Board
+from ground.page.web.access import Role
+from ground.page.web.guard import Guard
+from ground.page.web.site import Site, routes, stop_bar
 from ground.station.station import StationError
 
 _PUSH_S, _SLOW_PUSHES = 0.4, 5

@@ -56,7 +56,7 @@ def test_an_event_is_seen_soon_after_its_datagram(operator, served):
         began_s = time.monotonic()
         served.order(f"event SOON number-{k}-{time.time_ns()}")
         operator.page.wait_for_function(f"document.querySelector('.events').textContent.includes('number-{k}-')")
-        delays_s.append(time.monotonic() - began_s - served.one_way_s)
+        delays_s.append(time.monotonic() - began_s - float(served.link))
     FIGURES["update_after_datagram_s"], FIGURES["update_after_datagram_worst_s"] = min(delays_s), max(delays_s)
     assert min(delays_s) < 3.0
 

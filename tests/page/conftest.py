@@ -5,7 +5,7 @@ import json
 import pytest
 from playwright.sync_api import sync_playwright
 
-from tests.page.seat import FIGURES, OUT, Seat, Served, a_port, find_chromium
+from tests.page.seat import FIGURES, FLAGS, OUT, Seat, Served, a_port, find_chromium
 
 
 @pytest.fixture(scope="session")
@@ -25,7 +25,7 @@ def browser():
     if found is None:
         pytest.fail("no Chromium: apt-get install chromium, or name one with CHROMIUM=/path")
     with sync_playwright() as play:
-        made = play.chromium.launch(executable_path=found, args=["--no-sandbox"])
+        made = play.chromium.launch(executable_path=found, args=FLAGS)
         yield made
         made.close()
 

@@ -13,6 +13,12 @@ from playwright.sync_api import expect
 ROOT = Path(__file__).parents[2]
 OUT = ROOT / "build/page"
 WAIT_MS = 90_000  # a busy computer shares its cores with this
+FLAGS = [
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+]  # WebGL without a GPU
 FIGURES: dict[str, float] = {}
 
 
@@ -28,15 +34,14 @@ def find_chromium() -> Path | None:
 class Served:
     """The server's process."""
 
-    def __init__(self, folder: Path, port: int) -> None:
-        self.folder, self.port = folder, port
-        self.one_way_s = 0.6
+    def __init__(self, folder: Path, port: int, link: str = "0.6", *states: str) -> None:
+        self.folder, self.port, self.link = folder, port, link
         self.address = f"http://127.0.0.1:{port}"
-        self.start()
+        self.start(*states)
 
-    def start(self) -> None:
+    def start(self, *states: str) -> None:
         words = [sys.executable, str(ROOT / "tests/page/toy_page.py"), str(self.folder), str(self.port)]
-        words.append(str(self.one_way_s))
+        words += [self.link, *states]
         self._log = open(OUT / "server.log", "a")  # noqa: SIM115 - it lives as long as the process
         self.process = subprocess.Popen(
             words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._log, text=True
@@ -65,10 +70,12 @@ def a_port() -> int:
 class Seat:
     """One person at the page, with what the browser complained of and where it went."""
 
-    def __init__(self, browser, served, role="operator") -> None:
+    def __init__(self, browser, served, role="operator", script="") -> None:
         self.context = browser.new_context(viewport={"width": 1440, "height": 1000})
         self.page, self.served = self.context.new_page(), served
         self.page.set_default_timeout(WAIT_MS)
+        if script:
+            self.page.add_init_script(script)
         self.complaints: list[str] = []
         self.requests: list[str] = []
         self.page.on("console", lambda m: self.complaints.append(m.text) if m.type == "error" else None)

@@ -1,16 +1,19 @@
 """`ground serve` on a toy rover in real time, for tests with a browser: one process, ordered by lines on its stdin.
 
-    python toy_page.py FOLDER PORT [ONE_WAY_S]
+    python toy_page.py FOLDER PORT [LINK [STATE ...]]
 
-Orders: `silent on|off` (nothing comes down), `deaf on|off` (nothing goes up), `event NAME TEXT`, `closed on|off`,
-`loss RATIO`, `flood` (a product of 4 MB), `height_std` (the deviations), `large` (maps of
-40,000 and 250,000 cells), `freeze S` (the web server's loop is blocked for so long).
+LINK: seconds one way, or a profile of hil/link/profiles.toml. STATE: silent, deaf or closed from the start.
+
+Orders: `silent on|off` (nothing comes down), `deaf on|off` (nothing goes up), `closed on|off`, `event NAME TEXT`,
+`clock rate RATIO|jump S` (of the rover), `flood` (a product of 4 MB), `height_std` (the deviations), `scan RISE_M` (a
+sweep over ground that is so much higher), `large` (maps of 40,000 and 250,000 cells), `freeze S` (the web server's loop
+is blocked for so long).
 """
 
-import random
 import sys
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -18,15 +21,16 @@ import numpy as np
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests/ground")]
 
-from ground.page.access import hosts_of, stored_tokens  # noqa: E402
-from ground.page.acknowledged import Acknowledged  # noqa: E402
-from ground.page.guard import Gate  # noqa: E402
-from ground.page.live import Live  # noqa: E402
-from ground.page.maps import Maps  # noqa: E402
+from ground.page.live.acknowledged import Acknowledged  # noqa: E402
+from ground.page.live.link import Live  # noqa: E402
+from ground.page.map.maps import Maps  # noqa: E402
 from ground.page.server import application, listen, run  # noqa: E402
-from ground.page.site import Site  # noqa: E402
+from ground.page.web.access import hosts_of, stored_tokens  # noqa: E402
+from ground.page.web.guard import Gate  # noqa: E402
+from ground.page.web.site import Site  # noqa: E402
 from ground.station.settings import StationSettings  # noqa: E402
 from ground.station.station import Station, StationError  # noqa: E402
+from hil.link.impairment import Profile, both_directions, load_profile  # noqa: E402
 from onboard.config import load  # noqa: E402
 from onboard.planning.prediction import digest  # noqa: E402
 from onboard.records import Gdem, Grid  # noqa: E402
@@ -34,6 +38,7 @@ from protocol.link.datagrams import bench_keys  # noqa: E402
 from protocol.products import LdemProduct, MapGrid, encode_ldem  # noqa: E402
 from protocol.products.height_std import HEIGHT_STD_CODEC, HeightStd, encode_height_std  # noqa: E402
 from protocol.products.pose_map import PoseMap, encode_poses  # noqa: E402
+from protocol.products.scan import SCAN_CODEC, ScanProduct, encode_scan  # noqa: E402
 from tests.ground.toy_rover import TICK_NS, ToyRover  # noqa: E402
 
 MORE = {
@@ -56,57 +61,91 @@ def a_map(cells: int = 120) -> bytes:
     return encode_ldem(LdemProduct(MapGrid(-3.95, -4.95, 0.1, cells, cells), heights, sets)) + encode_poses(poses)
 
 
-class Air:
-    """The link and the rover beyond it, on the wall clock. Delays in s; each process is a new boot of the rover."""
+def a_scan(end_ns: int, rise_m: float, lines: int = 240, beams: int = 300) -> bytes:
+    """A sweep from the rover's place over even ground; it ended at `end_ns`."""
+    tilt_rad, first_rad, line_ns = np.linspace(1.05, 0.05, lines), -1.13, 25_000_000
+    down = np.sin(tilt_rad)[:, None] * np.cos(np.linspace(first_rad, -first_rad, beams))[None, :]
+    ranges_m = (0.7 - rise_m) / np.maximum(down, 0.02)
+    status = (ranges_m > 8.0).astype(np.uint8)
+    start_ns = max(0, end_ns - lines * line_ns) + line_ns * np.arange(lines, dtype=np.int64)
+    mounting, place = np.eye(4), np.eye(4)
+    mounting[2, 3], place[:2, 3] = 0.7, (0.0, 2.0)
+    ranges_m = np.where(status == 0, ranges_m, np.nan).astype(np.float32)
+    return encode_scan(
+        ScanProduct(
+            4, first_rad, -2 * first_rad / (beams - 1), ranges_m, status, start_ns, np.full(lines, 17361.1), start_ns,
+            tilt_rad, place, mounting,
+        )
+    )  # fmt: skip
 
-    def __init__(self, one_way_s: float, boot_id: int) -> None:
-        self.one_way_ns, self.boot_id = round(one_way_s * 1e9), boot_id
-        self.rover = ToyRover(bench_keys(7), boot_id=boot_id, rate_bps=256e3, drive_s=4.0)
+
+def profile_of(link: str) -> Profile:
+    """A profile of the bench by its name, or a lossless link of so many seconds one way."""
+    return load_profile(link) if not link[0].isdigit() else Profile(one_way_s=float(link), queue_s=60.0)
+
+
+class Air:
+    """The link and the rover beyond it, on the wall clock. Each process is a new boot of the rover.
+
+    rate, jump_ns: onboard time is rate x bench time + jump_ns, as of a wrong clock.
+    """
+
+    def __init__(self, profile: Profile, boot_id: int) -> None:
+        self.boot_id = boot_id
+        self.rover = ToyRover(bench_keys(7), boot_id=boot_id, rate_bps=profile.down_bps, drive_s=4.0)
         self.rover.map, self.rover.fails = a_map(), False
         self.rover.more_items = dict(MORE)
         self.silent = self.deaf = self.closed = False
-        self.loss_ratio, self._random = 0.0, random.Random(1)
+        self.rate, self.jump_ns = 1.0, 0
+        self._down, self._up = both_directions(profile, 1)
         self._zero_ns, self._tick_ns = time.monotonic_ns(), 0
-        self._down: list[tuple[int, bytes]] = []
-        self._up: list[tuple[int, bytes]] = []
         self._lock = threading.Lock()
+
+    @property
+    def onboard_ns(self) -> int:
+        return round(self._tick_ns * self.rate) + self.jump_ns
 
     def go_on(self) -> int:
         """Tick the rover up to now; return the time, ns."""
         now_ns = time.monotonic_ns() - self._zero_ns
         while self._tick_ns + TICK_NS <= now_ns:
             self._tick_ns += TICK_NS
-            while self._up and self._up[0][0] <= self._tick_ns:
-                self.rover.receive(self._up.pop(0)[1], self._tick_ns)
-            self._down += [(self._tick_ns + self.one_way_ns, one) for one in self.rover.tick(self._tick_ns)]
+            for datagram in self._up.due(self._tick_ns):
+                self.rover.receive(datagram, self.onboard_ns)
+            for datagram in self.rover.tick(self.onboard_ns):
+                self._down.offer(datagram, self._tick_ns)
         return now_ns
 
     def take(self) -> list[bytes]:
         with self._lock:
-            now_ns = self.go_on()
-            due = [one for at_ns, one in self._down if at_ns <= now_ns]
-            self._down = [row for row in self._down if row[0] > now_ns]
-            return [one for one in due if not self.silent and self._random.random() >= self.loss_ratio]
+            due = self._down.due(self.go_on())
+            return [] if self.silent else due
 
     def put(self, datagram: bytes) -> None:
         with self._lock:
-            if not self.deaf and self._random.random() >= self.loss_ratio:
-                self._up.append((self.go_on() + self.one_way_ns, datagram))
+            now_ns = self.go_on()
+            if not self.deaf:
+                self._up.offer(datagram, now_ns)
+
+    def offer(self, name: str, make: Callable[[int], bytes], codec: str) -> None:
+        """Send a product down. make: called with onboard time, ns."""
+        with self._lock:
+            self.go_on()
+            self.rover._bulk.offer(name, make(self.onboard_ns), codec, self.onboard_ns)
 
     def event(self, name: str, text: str) -> None:
         with self._lock:
-            self.rover.event(self.go_on(), name, text)
+            self.go_on()
+            self.rover.event(self.onboard_ns, name, text)
 
-    def deviations(self) -> None:
-        with self._lock:
-            std_m = np.geomspace(0.002, 0.2, 120, dtype=np.float32) * np.ones((120, 1), np.float32)
-            data = encode_height_std(HeightStd(MapGrid(-3.95, -4.95, 0.1, 120, 120), std_m))
-            self.rover._bulk.offer("height_std", data, HEIGHT_STD_CODEC, self.go_on())
 
-    def flood(self) -> None:
-        with self._lock:
-            data = np.random.default_rng(2).integers(0, 256, 4_000_000, dtype=np.uint8).tobytes()
-            self.rover._bulk.offer("scan", data, "flood-1", self.go_on())
+def deviations(_now_ns: int) -> bytes:
+    std_m = np.geomspace(0.002, 0.2, 120, dtype=np.float32) * np.ones((120, 1), np.float32)
+    return encode_height_std(HeightStd(MapGrid(-3.95, -4.95, 0.1, 120, 120), std_m))
+
+
+def flood(_now_ns: int) -> bytes:
+    return np.random.default_rng(2).integers(0, 256, 4_000_000, dtype=np.uint8).tobytes()
 
 
 class ToyEnd:
@@ -144,14 +183,17 @@ def orders(air: Air, maps: Maps, freeze: list[float]) -> None:
         verb, _, rest = line.strip().partition(" ")
         if verb in ("silent", "deaf", "closed"):
             setattr(air, verb, rest == "on")
-        elif verb == "loss":
-            air.loss_ratio = float(rest)
         elif verb == "event":
             air.event(*rest.split(" ", 1))
+        elif verb == "clock":
+            kind, amount = rest.split()
+            air.rate, air.jump_ns = (float(amount), 0) if kind == "rate" else (1.0, round(float(amount) * 1e9))
         elif verb == "flood":
-            air.flood()
+            air.offer("scan", flood, "flood-1")
         elif verb == "height_std":
-            air.deviations()
+            air.offer("height_std", deviations, HEIGHT_STD_CODEC)
+        elif verb == "scan":
+            air.offer("scan", lambda end_ns: a_scan(end_ns, float(rest)), SCAN_CODEC)  # noqa: B023 - called at once
         elif verb == "large":
             air.rover.map, maps.gdem = a_map(200), large_gdem()
         elif verb == "freeze":
@@ -164,7 +206,9 @@ def main() -> None:
     boots = folder / "boots"
     boot_id = int(boots.read_text()) + 1 if boots.exists() else 1
     boots.write_text(str(boot_id))
-    air = Air(float(sys.argv[3]) if len(sys.argv) > 3 else 0.1, boot_id)
+    air = Air(profile_of(sys.argv[3] if len(sys.argv) > 3 else "0.1"), boot_id)
+    for state in sys.argv[4:]:
+        setattr(air, state, True)
     settings = StationSettings(bench_seed=7, state=str(folder), archive=str(folder / "archive.db"))
 
     class ToyStation(Station):

@@ -13,8 +13,8 @@ from ground.cli.operations.show import WAY
 from ground.cli.watch.picture import Place, Scene
 from ground.link.news import EventHeard, Item, News, ProductHeard
 from ground.link.session import Session
-from ground.page.pace import Pace, unequal
-from ground.page.view import stale_after_s
+from ground.page.view.model import stale_after_s
+from ground.page.view.pace import Pace, unequal
 from protocol import WireError
 from protocol.link.transactions import RequestState
 from protocol.products import LdemProduct, decode_ldem

@@ -19,8 +19,8 @@ from ground.cli.watch.model import Line, PastView, View, severity
 from ground.link.event_words import event_words
 from ground.link.news import Item, News, Progress
 from ground.link.session import Session
-from ground.page.past import read_past, trail
-from ground.page.snapshot import EventRow
+from ground.page.past.archive import read_past, trail
+from ground.page.view.snapshot import EventRow
 from ground.products import files
 from ground.station.clock import WallClock
 from ground.station.settings import StationSettings

@@ -20,6 +20,8 @@ export const newest = () => tree;
 export function waited_s() {
   return tree && !tree.past ? Math.max(performance.now() - ticks, Date.now() - clock, 0) / 1000 : 0;
 }
+// UTC now, s; 0: the station has none.
+export function utc_now_s() { return tree && tree.utc_s ? tree.utc_s + waited_s() : 0; }
 export function now_s() { return tree ? tree.now_s + waited_s() : 0; }
 export function age_s(at_s) { return at_s === null || at_s === undefined ? null : Math.max(0, now_s() - at_s); }
 export function stale(value) {

@@ -1,6 +1,6 @@
 // The map: the rover's map over the orbiter's, as pictures of the server; rover, trail, paths, goal drawn over them.
 // Metres in the map frame: x east, y north. Drag or arrow keys move, wheel or + and - zoom, F shows all, a click names a goal.
-import { age_s, age_words, newest, stale, unwatch, watch } from "/static/ages.js";
+import { age_s, age_words, newest, stale, unwatch, utc_now_s, watch } from "/static/ages.js";
 
 const BODY = [[0.6, 0], [0.45, 0.38], [-0.5, 0.38], [-0.5, -0.38], [0.45, -0.38]];
 const COLOURS = { rover: "#ff5c49", old: "#9aa4ab", path: "#ff7d33", beyond: "#62b6ff", trail: "#ffffff", goal: "#ffd23f",
@@ -185,8 +185,8 @@ export default {
       g.font = "600 12px system-ui, sans-serif"; this.text(g, (old ? "rover, old: " : "rover, ") + age_words(age_s(pose.at_s)) + (pose.predicted && !old ? " (dashed: predicted now)" : ""), px + 16, py + 26);
     },
     tell(pose) {
-      const map = this.maps.ldem, tree = newest();
-      const age = map && map.utc_s && tree && tree.utc_s ? tree.utc_s - map.utc_s : null;
+      const map = this.maps.ldem, utc = utc_now_s();
+      const age = map && map.utc_s && utc ? utc - map.utc_s : null;
       this.old = age === null || age > 600 || age < 0;
       this.about = map ? "rover's map: received " + (age === null || age < 0 ? "at an unknown time" : age_words(age) + " ago") : "no map of the rover yet";
       this.spoken = "Map of the rover. " + (pose ? "Rover at x " + pose.x_m.toFixed(1) + ", y " + pose.y_m.toFixed(1) + " m. " : "") + "Arrow keys move, plus and minus zoom, Enter names the middle as goal.";

@@ -23,7 +23,7 @@ from ground.foxglove import shapes
 from ground.foxglove.messages import CHANNELS, FRAMES, messages
 from ground.foxglove.server import FoxgloveServer
 from ground.link.news import EventHeard, Item, ProductHeard
-from ground.page.live import Live
+from ground.page.live.link import Live
 from ground.station.clock import ClockTurn
 from ground.station.settings import StationSettings
 from ground.station.station import StationError

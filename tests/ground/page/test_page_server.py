@@ -5,8 +5,8 @@ import threading
 from types import SimpleNamespace
 
 from ground.page import server
-from ground.page.board import Board
-from ground.page.snapshot import EMPTY
+from ground.page.panels.board import Board
+from ground.page.view.snapshot import EMPTY
 
 
 class Pages:

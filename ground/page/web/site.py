@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,18 +15,19 @@ from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import FileResponse, HTMLResponse, JSONResponse, PlainTextResponse, RedirectResponse, Response
 
 from ground.archive.schema import ArchiveError
-from ground.page.access import Role, cookie_name, cookie_value, role_of_token
-from ground.page.acknowledged import Acknowledged
-from ground.page.guard import Gate
-from ground.page.live import Live
-from ground.page.maps import Maps
-from ground.page.orders import who
-from ground.page.replay import Replay
-from ground.page.stop import StopDesk
-from ground.page.tree_feed import TreeFeed
-from ground.page.view import view
+from ground.page.live.acknowledged import Acknowledged
+from ground.page.live.link import Live
+from ground.page.live.orders import who
+from ground.page.map.maps import Maps
+from ground.page.past.replay import Replay
+from ground.page.view.model import view
+from ground.page.view.tree_feed import TreeFeed
+from ground.page.web.access import Role, cookie_name, cookie_value, role_of_token
+from ground.page.web.guard import Gate
+from ground.page.web.stop import StopDesk
+from protocol import WireError
 
-STATIC = Path(__file__).parent / "static"
+STATIC = Path(__file__).parents[1] / "static"
 _FILES = {path.name: path for path in STATIC.iterdir() if path.suffix in (".js", ".css")}
 _KINDS = {".js": "text/javascript", ".css": "text/css"}
 _YEAR_S = 31_536_000
@@ -67,6 +69,7 @@ def routes(site: Site) -> FastAPI:
     _sign_in(app, site)
     _stop(app, site)
     _pictures(app, site)
+    _buffers(app, site)
     return app
 
 
@@ -183,6 +186,33 @@ def _pictures(app: FastAPI, site: Site) -> None:
         except LookupError as error:
             return PlainTextResponse(f"{error}\n", status_code=404)
         return Response(data, media_type="image/png", headers={"cache-control": "private, max-age=3600"})
+
+
+def _buffers(app: FastAPI, site: Site) -> None:
+    """Add the buffers of the 3D panel."""
+
+    async def answer(make: Callable[..., bytes], *given: int) -> Response:
+        try:
+            data = await run_in_threadpool(make, *given)
+        except (LookupError, WireError, ArchiveError) as error:
+            return PlainTextResponse(f"{error}\n", status_code=404)
+        return Response(data, media_type="application/octet-stream", headers={"cache-control": "no-cache"})
+
+    @app.get("/map/cloud.bin")
+    async def cloud() -> Response:
+        return await answer(site.maps.cloud)
+
+    @app.get("/map/terrain.bin")
+    async def terrain() -> Response:
+        return await answer(site.maps.terrain)
+
+    @app.get("/map/past-cloud.bin")
+    async def past_cloud(product: int) -> Response:
+        return await answer(site.replay.cloud, product)
+
+    @app.get("/map/past-terrain.bin")
+    async def past_terrain(product: int) -> Response:
+        return await answer(site.replay.terrain, product)
 
 
 def stop_bar(role: Role) -> str:

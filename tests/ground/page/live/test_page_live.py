@@ -8,10 +8,10 @@ import pytest
 
 from ground.archive.store import ArchiveError
 from ground.link.news import ProductHeard
-from ground.page import live as page_live
-from ground.page.board import handed_over
-from ground.page.live import Live
-from ground.page.view import view
+from ground.page.live import link as page_live
+from ground.page.live.link import Live
+from ground.page.panels.board import handed_over
+from ground.page.view.model import view
 from ground.station.settings import StationSettings
 from ground.station.station import Station, StationError
 from onboard.config import ConfigError

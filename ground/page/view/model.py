@@ -11,9 +11,9 @@ import math
 from typing import Any
 
 from ground.link.contact import SILENT_NS
-from ground.page.pace import unequal
-from ground.page.snapshot import CommandRow, EventRow, Snapshot
-from ground.page.words import DRAWN, GROUPS, command_words, label, rest, value_words
+from ground.page.view.pace import unequal
+from ground.page.view.snapshot import CommandRow, EventRow, Snapshot
+from ground.page.view.words import DRAWN, GROUPS, command_words, label, rest, value_words
 from protocol.tables.telemetry import BY_NAME, out_of_limits
 
 MOST_EVENTS, MOST_COMMANDS = 200, 40
@@ -116,6 +116,7 @@ def _pose(shot: Snapshot, values: dict[str, Any], now: int) -> dict[str, Any] | 
         "x_m": x_m,
         "y_m": y_m,
         "yaw_rad": yaw_rad,
+        **{name: _number(shot, name) for name in ("z_m", "roll_rad", "pitch_rad")},
         "at_s": at_s,
         "stale_s": values["x_m"]["stale_s"],
         "live": "x_m" in shot.items,

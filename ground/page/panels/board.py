@@ -5,21 +5,21 @@ from __future__ import annotations
 import asyncio
 import math
 from concurrent.futures import Future
-from pathlib import Path
 from typing import Any
 
 from nicegui import run, ui
-from nicegui.element import Element
 
 from ground.archive.schema import ArchiveError
-from ground.page import drawn, map_layers, orders
-from ground.page.access import Role
-from ground.page.past_bar import PastBar, at_words
-from ground.page.series import F64
-from ground.page.site import STATIC, Site
-from ground.page.tree_feed import PAST, past_text
-from ground.page.view import layout, view
-from ground.page.words import label
+from ground.page.live import orders
+from ground.page.live.series import F64
+from ground.page.map import drawn, layers
+from ground.page.panels.components import Commands, Feed, Headline, Link, MapView, Values, View3d, Wheels
+from ground.page.past.bar import PastBar, at_words
+from ground.page.view.model import view
+from ground.page.view.tree_feed import PAST, past_text
+from ground.page.view.words import label
+from ground.page.web.access import Role
+from ground.page.web.site import Site
 from ground.products.preview import NoMapError
 from onboard.config import ConfigError
 from protocol.tables import commands
@@ -28,6 +28,7 @@ from protocol.tables.telemetry import BY_NAME
 QUICK = (
     ("Scan", "scan"),
     ("Fetch map", "get ldem"),
+    ("Fetch cloud", "get scan"),
     ("Fetch deviations", "get height_std"),
     ("Fetch decision", "get nsp"),
     ("Fetch fences", "fence list"),
@@ -64,51 +65,6 @@ def _plotted(name: str, points: F64) -> list[list[float | None]]:
     """Return time in ms and value of each point, as the plot takes them; None for a value that is no number."""
     scale = _scale(name)
     return [[round(utc_s * 1000), None if value != value else value * scale] for utc_s, value in points.tolist()]
-
-
-def _component(name: str) -> Path:
-    return STATIC / f"{name}.js"
-
-
-class Feed(Element, component=_component("feed")):
-    """Receiver of the server's trees in the browser; all other parts read it."""
-
-    def __init__(self, first: dict[str, Any]) -> None:
-        super().__init__()
-        self._props["first"] = first
-
-
-class Headline(Element, component=_component("headline")):
-    """Mode, phase and activity of the rover in one line."""
-
-
-class Values(Element, component=_component("values")):
-    """All telemetry in groups."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._props["groups"] = layout()
-
-
-class Link(Element, component=_component("link")):
-    """State of the link."""
-
-
-class Wheels(Element, component=_component("wheels")):
-    """Steering and rates of the wheels, reported and ordered."""
-
-
-class Commands(Element, component=_component("commands")):
-    """Commands with their chains."""
-
-
-class MapView(Element, component=_component("map")):
-    """The map."""
-
-    def __init__(self, operator: bool) -> None:
-        super().__init__()
-        self._props["operator"] = operator
-        self._props["layer"] = map_layers.LAYERS[0]
 
 
 async def handed_over(taken: Future[int], name: str, limit_s: float) -> str:
@@ -195,11 +151,13 @@ class Board:
         mark = (
             tree["ldem"] and tree["ldem"]["revision"],
             tree["gdem"] is None,
+            tree["scan"] and tree["scan"]["buffer"],
             *(tree[name] and tree[name]["utc_s"] for name in drawn.NAMES),
         )
         if mark != self._sent_maps:
             self._sent_maps = mark
             self._map.run_method("show_maps", tree)
+            self._view_3d.run_method("show", {name: tree[name] for name in ("ldem", "scan")})
 
     def _push_trail(self) -> None:
         trail = self._site.live.trail
@@ -273,6 +231,10 @@ class Board:
                 with ui.element("section").classes("card").props('aria-label="Wheels"'):
                     ui.html("<h2>Wheels</h2>", sanitize=False)
                     Wheels()
+            with ui.element("section").classes("card view-3d-card").props('aria-label="3D view"'):
+                ui.html("<h2>3D</h2>", sanitize=False)
+                self._view_3d = View3d()
+                self._view_3d.on("ready", lambda: self.again())
             with ui.element("section").classes("card events-card"):
                 self._draw_events()
             with ui.element("section").classes("card plot-card"):
@@ -287,19 +249,19 @@ class Board:
         if self._operator:
             self._map.on("goal", lambda event: self._clicked(event.args))
         with ui.element("div").classes("map-legend"):
-            layers = ui.toggle(
-                list(map_layers.LAYERS), value=map_layers.LAYERS[0], on_change=lambda event: self._layer(event.value)
+            choice = ui.toggle(
+                list(layers.LAYERS), value=layers.LAYERS[0], on_change=lambda event: self._layer(event.value)
             )
-            layers.props("dense no-caps unelevated").props('aria-label="Layer of the map"')
+            choice.props("dense no-caps unelevated").props('aria-label="Layer of the map"')
             self._legend = ui.element("div").classes("legend")
-        self._layer(map_layers.LAYERS[0])
+        self._layer(layers.LAYERS[0])
 
     def _layer(self, layer: str) -> None:
         self._map._props["layer"] = layer
         self._map.update()
         self._legend.clear()
         with self._legend:
-            for colour, meaning in map_layers.legend(layer):
+            for colour, meaning in layers.legend(layer):
                 with ui.element("span"):
                     ui.element("i").style(f"background:{colour}")
                     ui.label(meaning)

@@ -8,11 +8,12 @@ import pytest
 from PIL import Image
 
 from ground.archive.store import Archive
-from ground.page import map_layers, orders
-from ground.page.acknowledged import Acknowledged
-from ground.page.live import Live
-from ground.page.maps import Maps
-from ground.page.past import read_past, thinned, trail
+from ground.page.live import orders
+from ground.page.live.acknowledged import Acknowledged
+from ground.page.live.link import Live
+from ground.page.map import layers
+from ground.page.map.maps import Maps
+from ground.page.past.archive import read_past, thinned, trail
 from ground.products.preview import NoMapError
 from ground.station.settings import StationSettings
 from onboard.records import Gdem, Grid
@@ -40,12 +41,12 @@ def pixels(data):
     return np.asarray(Image.open(io.BytesIO(data)))
 
 
-@pytest.mark.parametrize("layer", map_layers.LAYERS)
+@pytest.mark.parametrize("layer", layers.LAYERS)
 def test_a_layer_has_a_pixel_for_each_cell_north_up_and_unknown_cells_are_clear(layer):
     std_m = np.where(np.isfinite(a_map().heights_m), np.geomspace(0.001, 0.5, 30).reshape(5, 6), np.nan)
-    seen = map_layers.seen(a_map(), poses(), UTC)._replace(std=HeightStd(a_map().grid, std_m.astype(np.float32)))
-    found = pixels(map_layers.ldem_picture(seen, layer, UTC / 1e9))
-    assert found.shape == (5, 6, 4) and map_layers.legend(layer)
+    seen = layers.seen(a_map(), poses(), UTC)._replace(std=HeightStd(a_map().grid, std_m.astype(np.float32)))
+    found = pixels(layers.ldem_picture(seen, layer, UTC / 1e9))
+    assert found.shape == (5, 6, 4) and layers.legend(layer)
     if layer in ("height", "deviation", "age"):
         assert found[4, 0, 3] == 0 and found[..., 3].sum() == 29 * 255  # row 0 of the map is the southern edge
     assert len({tuple(pixel) for pixel in found.reshape(-1, 4)}) > 1
@@ -53,15 +54,15 @@ def test_a_layer_has_a_pixel_for_each_cell_north_up_and_unknown_cells_are_clear(
 
 def test_an_unknown_layer_is_refused_and_names_the_known():
     with pytest.raises(ValueError, match="node sets"):
-        map_layers.ldem_picture(map_layers.seen(a_map(), None, UTC), "slope", 0.0)
+        layers.ldem_picture(layers.seen(a_map(), None, UTC), "slope", 0.0)
 
 
 def test_a_cell_keeps_its_time_in_a_map_that_has_moved_and_a_changed_cell_gets_a_new_one():
-    first = map_layers.seen(a_map(), None, UTC)
+    first = layers.seen(a_map(), None, UTC)
     heights = np.roll(a_map().heights_m, -2, axis=1)  # the window moved two cells east
     heights[2, 0] += 0.05
     moved = LdemProduct(MapGrid(0.25, 0.05, 0.1, 5, 6), heights, a_map().node_sets)
-    second = map_layers.seen(moved, None, UTC + 10**10, first)
+    second = layers.seen(moved, None, UTC + 10**10, first)
     assert second.utc_s[1, 0] == UTC / 1e9 and second.utc_s[2, 0] == UTC / 1e9 + 10
     assert (second.utc_s[:, 4:][np.isfinite(heights[:, 4:])] == UTC / 1e9 + 10).all()
     assert np.isnan(second.utc_s[~np.isfinite(heights)]).all()
@@ -76,18 +77,18 @@ def test_a_cell_keeps_its_time_in_a_map_that_has_moved_and_a_changed_cell_gets_a
     ],
 )
 def test_maps_that_do_not_lie_on_each_other_share_no_ages(other):
-    first = map_layers.seen(a_map(), None, UTC)
-    moved = map_layers.seen(LdemProduct(other, a_map().heights_m, a_map().node_sets), None, UTC + 10**9, first)
+    first = layers.seen(a_map(), None, UTC)
+    moved = layers.seen(LdemProduct(other, a_map().heights_m, a_map().node_sets), None, UTC + 10**9, first)
     assert np.nanmin(moved.utc_s) == UTC / 1e9 + 1
 
 
 def test_a_map_of_the_largest_size_is_drawn_and_an_empty_one_too():
     grid = MapGrid(0.0, 0.0, 0.1, 200, 200)
     for heights in (np.zeros((200, 200), np.float32), np.full((200, 200), np.nan, np.float32)):
-        seen = map_layers.seen(LdemProduct(grid, heights, np.zeros((200, 200), np.uint8)), None, UTC)
-        assert all(pixels(map_layers.ldem_picture(seen, one, 0.0)).shape == (200, 200, 4) for one in map_layers.LAYERS)
+        seen = layers.seen(LdemProduct(grid, heights, np.zeros((200, 200), np.uint8)), None, UTC)
+        assert all(pixels(layers.ldem_picture(seen, one, 0.0)).shape == (200, 200, 4) for one in layers.LAYERS)
     gdem = Gdem(Grid(0.0, 0.0, 0.2, 500, 500), np.zeros((500, 500), np.float32))
-    assert pixels(map_layers.gdem_picture(gdem)).shape == (500, 500, 4)
+    assert pixels(layers.gdem_picture(gdem)).shape == (500, 500, 4)
 
 
 def test_deviations_are_drawn_in_the_cells_of_a_map_that_has_moved_and_colours_rise_with_them():

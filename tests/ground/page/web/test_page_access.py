@@ -6,9 +6,9 @@ import re
 
 import pytest
 
-from ground.page import access
-from ground.page.access import Role, Tokens, cookie_name, cookie_value, hosts_of, stored_tokens
-from ground.page.guard import Gate, Guard, Refusal, judge
+from ground.page.web import access
+from ground.page.web.access import Role, Tokens, cookie_name, cookie_value, hosts_of, stored_tokens
+from ground.page.web.guard import Gate, Guard, Refusal, judge
 from onboard.config import ConfigError
 
 TOKENS = Tokens("o" * 32, "v" * 32)

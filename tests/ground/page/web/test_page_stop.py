@@ -3,12 +3,12 @@
 import pytest
 from fastapi.testclient import TestClient
 
-from ground.page.access import Role, Tokens, cookie_name, cookie_value, hosts_of
-from ground.page.acknowledged import Acknowledged
-from ground.page.guard import Gate, Guard
-from ground.page.live import Live
-from ground.page.maps import Maps
-from ground.page.site import Site, routes
+from ground.page.live.acknowledged import Acknowledged
+from ground.page.live.link import Live
+from ground.page.map.maps import Maps
+from ground.page.web.access import Role, Tokens, cookie_name, cookie_value, hosts_of
+from ground.page.web.guard import Gate, Guard
+from ground.page.web.site import Site, routes
 from ground.station.settings import StationSettings
 
 PORT, TOKENS = 8765, Tokens("o" * 32, "v" * 32)

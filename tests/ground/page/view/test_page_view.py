@@ -8,13 +8,13 @@ import pytest
 
 from ground.link.news import Item
 from ground.link.rover_clock import Correlation
-from ground.page.pace import Pace, unequal
-from ground.page.series import STEP_M, Series, Trail
-from ground.page.snapshot import CommandRow, OldValue, Snapshot
-from ground.page.stop import StopDesk, told
-from ground.page.tree_feed import PAST, TreeFeed
-from ground.page.view import layout, stale_after_s, view
-from ground.page.words import command_words, value_words
+from ground.page.live.series import STEP_M, Series, Trail
+from ground.page.view.model import layout, stale_after_s, view
+from ground.page.view.pace import Pace, unequal
+from ground.page.view.snapshot import CommandRow, OldValue, Snapshot
+from ground.page.view.tree_feed import PAST, TreeFeed
+from ground.page.view.words import command_words, value_words
+from ground.page.web.stop import StopDesk, told
 from protocol.tables.telemetry import TABLE
 
 S = 1_000_000_000

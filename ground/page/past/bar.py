@@ -9,7 +9,7 @@ from typing import NamedTuple
 from nicegui import run, ui
 
 from ground.archive.schema import ArchiveError
-from ground.page.replay import Replay, RunRow
+from ground.page.past.replay import Replay, RunRow
 
 _LIVE = 0
 _STEP_S = 10.0

@@ -25,11 +25,11 @@ from ground.cli.operations.operate import SHORT_WAIT_S, closed_words
 from ground.link.contact import NOT_HEARD_THERE, Contact, Uplink
 from ground.link.news import EventHeard, Item, News, ProductHeard
 from ground.link.session import Session
-from ground.page.pace import Pace, unequal
-from ground.page.past import Past, read_past, trail
-from ground.page.series import Series, Trail
-from ground.page.snapshot import EMPTY, CommandRow, EventRow, OldValue, Snapshot
-from ground.page.view import measured_ns
+from ground.page.live.series import Series, Trail
+from ground.page.past.archive import Past, read_past, trail
+from ground.page.view.model import measured_ns
+from ground.page.view.pace import Pace, unequal
+from ground.page.view.snapshot import EMPTY, CommandRow, EventRow, OldValue, Snapshot
 from ground.station.clock import WallClock
 from ground.station.settings import StationSettings
 from ground.station.station import Station, StationError
@@ -44,6 +44,7 @@ PUBLISH_NS = 100_000_000
 _RETRY_S, _CONNECT_S, _ALONE_S = 2.0, 20.0, 3.0
 _MOST_EVENTS, _MOST_SAYS, _MOST_PAST = 400, 20, 256
 _ONLY_HALTS = "this session sends only what halts the rover; mend it and start the server again"
+OnProduct = Callable[[Product, int, int | None], None]
 OnTurn = Callable[[list[News], Session, int], None]
 _LOG = logging.getLogger(__name__)
 _DOWN = (StationError, ArchiveError, ConfigError, OSError, sqlite3.Error)
@@ -79,14 +80,15 @@ class Live:
     """The link's thread. `start`, then `ask` from any thread, `stop` at the end.
 
     past: what the archive had at the start.
-    on_product: called in the thread with each product and its UTC, ns; one that it fails on is left out.
+    on_product: called in the thread with each product, the UTC of its arrival and onboard time then, ns; one
+        that it fails on is left out. Onboard time is None while it is not known.
     on_turn: called in the thread with each turn's news, the session and the station's time, ns; dropped if it fails.
     """
 
     def __init__(
         self,
         settings: StationSettings,
-        on_product: Callable[[Product, int], None],
+        on_product: OnProduct,
         open_station: Callable[[StationSettings, Archive], Any] = Station,
         on_turn: OnTurn | None = None,
     ) -> None:
@@ -280,11 +282,18 @@ class Live:
                     EventRow(happened_ns, session.boot_id, one.serial, one.severity, one.name, one.text)
                 )
             elif isinstance(one, ProductHeard):
-                self._publish_product(one.product, session.utc_ns + one.at_ns)
+                self._publish_product(one.product, session.utc_ns + one.at_ns, self._onboard_ns(session, one.at_ns))
 
-    def _publish_product(self, product: Product, utc_ns: int) -> None:
+    def _onboard_ns(self, session: Session, at_ns: int) -> int | None:
+        """Return onboard time at a station time; the newest stamp if the rover's clock has another rate."""
+        clock = session.far_clock.at(at_ns)
+        if clock is not None and not unequal(self._pace.ratio):
+            return clock.onboard_ns
+        return max((item.onboard_ns for item in session.items.values()), default=None)
+
+    def _publish_product(self, product: Product, utc_ns: int, onboard_ns: int | None) -> None:
         try:
-            self._on_product(product, utc_ns)
+            self._on_product(product, utc_ns, onboard_ns)
         except Exception as error:  # noqa: BLE001 - a product must not end the link, and with it STOP
             self._says.append(f"the product {product.name} is not shown: {error}")
             _LOG.exception("product %s", product.name)

@@ -11,7 +11,7 @@ from collections import OrderedDict
 from concurrent.futures import Future
 from typing import Any, Protocol
 
-from ground.page.snapshot import CommandRow, Snapshot
+from ground.page.view.snapshot import CommandRow, Snapshot
 from protocol.tables import commands
 
 STOP = "stop"

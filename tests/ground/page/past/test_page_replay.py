@@ -5,9 +5,9 @@ import json
 import pytest
 
 from ground.archive.schema import open_checked
-from ground.page.drawn import tree_of
-from ground.page.replay import Replay
-from ground.page.view import view
+from ground.page.map.drawn import tree_of
+from ground.page.past.replay import Replay
+from ground.page.view.model import view
 from protocol import WireError
 
 S = 1_000_000_000

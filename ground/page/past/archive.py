@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ground.archive.read import Span, chains, reading, rows
 from ground.archive.schema import ArchiveError
-from ground.page.snapshot import CommandRow, EventRow, OldValue
+from ground.page.view.snapshot import CommandRow, EventRow, OldValue
 from protocol.link.reports import RequestState
 from protocol.tables.telemetry import TABLE
 from protocol.visible import visible

@@ -21,9 +21,9 @@ from ground.archive.read import Span, reading, rows
 from ground.archive.schema import ArchiveError
 from ground.link.news import Item
 from ground.link.rover_clock import Correlation
-from ground.page import drawn, map_layers
-from ground.page.past import thinned
-from ground.page.snapshot import CommandRow, EventRow, Snapshot
+from ground.page.map import buffers, drawn, layers
+from ground.page.past.archive import thinned
+from ground.page.view.snapshot import CommandRow, EventRow, Snapshot
 from protocol import WireError
 from protocol.link.reports import RequestState
 from protocol.products import decode_ldem, poses_of
@@ -127,10 +127,28 @@ class Replay:
         """
         return self._picture(product, layer, int(age_of_s) if layer == "age" else 0)
 
-    def _drawn(self, product: int, layer: str, utc_s: int) -> bytes:
-        return map_layers.ldem_picture(self._map(product), layer, float(utc_s))
+    def terrain(self, product: int) -> bytes:
+        """Return the buffer of the heights of the map of a product's row. Raises LookupError if there is none."""
+        return buffers.terrain_buffer(self._map(product).product)
 
-    def _decoded(self, product: int) -> map_layers.Seen:
+    def cloud(self, product: int) -> bytes:
+        """Return the buffer of the scan of a product's row. Raises LookupError for none, WireError if it is damaged."""
+        with self._reading() as db:
+            found = db.execute(
+                "select p.data, p.run, p.at_ns, r.utc_ns from products p join runs r on r.run = p.run "
+                "where p.rowid = ? and p.name = 'scan'",
+                (product,),
+            ).fetchone()
+            if found is None or tuple(map(type, found)) != (bytes, int, int, int):
+                raise LookupError(f"the archive has no scan {product}")
+            data, run, at_ns, utc_ns = found
+            clock = _clock(db, run, _boot(db, run, at_ns), at_ns)
+        return buffers.cloud_buffer(data, utc_ns + at_ns, None if clock is None else clock.onboard_ns)
+
+    def _drawn(self, product: int, layer: str, utc_s: int) -> bytes:
+        return layers.ldem_picture(self._map(product), layer, float(utc_s))
+
+    def _decoded(self, product: int) -> layers.Seen:
         """Return the map of a product's row. Raises LookupError for none or one that cannot be decoded."""
         if self._path is None:
             raise LookupError("no archive")
@@ -143,13 +161,13 @@ class Replay:
         if found is None or tuple(map(type, found)) != (bytes, int):
             raise LookupError(f"the archive has no map {product}")
         try:
-            return map_layers.seen(decode_ldem(found[0]), poses_of(found[0]), found[1])
+            return layers.seen(decode_ldem(found[0]), poses_of(found[0]), found[1])
         except WireError as error:
             raise LookupError(f"map {product}: {error}") from error
 
     def _maps(self, db: sqlite3.Connection, row: RunRow, at_ns: int) -> dict[str, Any]:
-        tree: dict[str, Any] = {"ldem": None, "gdem": None, "trouble": "", **dict.fromkeys(drawn.NAMES)}
-        for name in ("ldem", *drawn.NAMES):
+        tree: dict[str, Any] = {"ldem": None, "gdem": None, "scan": None, "trouble": "", **dict.fromkeys(drawn.NAMES)}
+        for name in ("ldem", "scan", *drawn.NAMES):
             found = db.execute(
                 "select rowid, at_ns, data from products where name = ? and run = ? and at_ns <= ? "
                 "order by at_ns desc, rowid desc limit 1",
@@ -159,21 +177,27 @@ class Replay:
                 continue
             utc_ns = row.utc_ns + found[1]
             try:
-                tree[name] = (
-                    self._map_tree(found[0], utc_ns) if name == "ldem" else drawn.tree_of(name, found[2], utc_ns)
-                )
+                tree[name] = self._part(name, found[0], found[2], utc_ns)
             except (WireError, LookupError) as error:
                 tree["trouble"] = f"{name}: {error}"
         return tree
 
+    def _part(self, name: str, product: int, data: bytes, utc_ns: int) -> Any:
+        if name == "ldem":
+            return self._map_tree(product, utc_ns)
+        if name == "scan":
+            return {"utc_s": utc_ns / 1e9, "buffer": f"/map/past-cloud.bin?product={product}"}
+        return drawn.tree_of(name, data, utc_ns)
+
     def _map_tree(self, product: int, utc_ns: int) -> dict[str, Any]:
         seen = self._map(product)
         return {
-            "bounds": map_layers.bounds(seen.grid),
+            "bounds": layers.bounds(seen.grid),
             "revision": product,
             "utc_s": utc_ns / 1e9,
             "cells": list(seen.product.heights_m.shape),
             "picture": f"/map/past.png?product={product}",
+            "terrain": f"/map/past-terrain.bin?product={product}",
         }
 
     def _whole_trail(self, run: int) -> F64:

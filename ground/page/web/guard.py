@@ -11,7 +11,7 @@ import secrets
 from collections.abc import Awaitable, Callable, MutableMapping
 from typing import Any, NamedTuple
 
-from ground.page.access import Role, Tokens, cookie_name, origin_is_own, role_of_cookies
+from ground.page.web.access import Role, Tokens, cookie_name, origin_is_own, role_of_cookies
 
 Scope = MutableMapping[str, Any]
 Message = MutableMapping[str, Any]

@@ -1,0 +1,1 @@
+"""Live side of the page: the link's thread, short histories, orders."""

@@ -1,0 +1,1 @@
+"""Past runs of the page: the archive, the time slider."""

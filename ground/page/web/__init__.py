@@ -1,0 +1,1 @@
+"""Web side of the page: access, guard, routes, STOP."""
