@@ -25,7 +25,7 @@ from hil.campaign.plan import load_plan
 from hil.campaign.statistics import arrived
 from hil.campaign.table import Row, read_table, write_parquet
 from hil.run.status import status
-from tests.gate.judge import broken, equal, worse
+from tests.gate.judge import broken, equal, known, worse
 from tests.gate.plants import PLANTS
 
 HERE = Path(__file__).parent
@@ -80,7 +80,7 @@ def _judged(out: Path, plant: str, workers: int, write: bool = False) -> list[st
         typer.echo(f"{equal(baseline, rows)} of {len(rows)} flights are those of the baseline to the byte")
     about = f"{plant}: " if plant else ""
     typer.echo(f"{about}{sum(map(arrived, rows))} of {len(rows)} arrived; {time.monotonic() - begun_s:.0f} s")
-    typer.echo("\n".join((*reasons, "RED" if reasons else "GREEN")))
+    typer.echo("\n".join((*known(rows), *reasons, "RED" if reasons else "GREEN")))
     return reasons
 
 

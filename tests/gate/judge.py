@@ -17,12 +17,36 @@ PROMISES: Mapping[str, Callable[[Row], bool]] = {
 }
 
 
+# Cases of the baseline that break a promise, with the cause as far as it is known. A cured one is taken out here.
+KNOWN: Mapping[str, Mapping[int, str]] = {
+    "no wheel and no body touches a rock": {
+        17: "soft soil: the pose is 0.18 m off before SLIP_HIGH is raised, and wheel 1 stands on a rock of 0.11 m"
+    }
+}
+
+
 def broken(rows: Sequence[Row]) -> Iterator[str]:
-    """Each broken promise, with its cases."""
+    """Each broken promise, with its cases; without those of KNOWN."""
+    for promise, cases in _cases(rows):
+        new = [number for number in cases if number not in KNOWN.get(promise, {})]
+        if new:
+            yield f"not so: {promise}: case {', '.join(map(str, new))}"
+
+
+def known(rows: Sequence[Row]) -> Iterator[str]:
+    """Each entry of KNOWN, and whether it is still so."""
+    flown, found = {row["case_number"] for row in rows}, dict(_cases(rows))
+    for promise, cases in KNOWN.items():
+        for number, why in cases.items():
+            if number in flown:
+                still = "known" if number in found.get(promise, ()) else "cured, take it out of KNOWN"
+                yield f"{still}: case {number}: not so: {promise} ({why})"
+
+
+def _cases(rows: Sequence[Row]) -> Iterator[tuple[str, list[int]]]:
     for promise, holds in PROMISES.items():
-        cases = [row["case_number"] for row in rows if not holds(row)]
-        if cases:
-            yield f"not so: {promise}: case {', '.join(map(str, cases))}"
+        if cases := [row["case_number"] for row in rows if not holds(row)]:
+            yield promise, cases
 
 
 def worse(comparison: Comparison) -> Iterator[str]:

@@ -30,7 +30,7 @@ class Feed(Element, component=_component("feed")):
 
 
 class Headline(Element, component=_component("headline")):
-    """What the rover does, in one line."""
+    """Mode, phase and activity of the rover in one line."""
 
 
 class Values(Element, component=_component("values")):
