@@ -68,7 +68,7 @@ def test_a_child_runs_under_another_python_with_this_environment(tmp_path, monke
         assert processes.wait(30.0) == {"rover": 0}
         processes.restart("rover")
         assert processes.wait(30.0) == {"rover": 0}
-    assert (tmp_path / "rover.log").read_text() == "-m onboard run this that\n" * 2
+    assert (tmp_path / "rover.log").read_text() == "-P -m onboard run this that\n" * 2
 
 
 PARENT = """
