@@ -5,7 +5,7 @@ import json
 import pytest
 from playwright.sync_api import sync_playwright
 
-from tests.page.seat import FIGURES, FLAGS, OUT, Seat, Served, a_port, find_chromium
+from tests.page.seat import FIGURES, OUT, Seat, Served, a_port, launched
 
 
 @pytest.fixture(scope="session")
@@ -20,14 +20,16 @@ def served(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def browser():
-    found = find_chromium()
-    if found is None:
-        pytest.fail("no Chromium: apt-get install chromium, or name one with CHROMIUM=/path")
-    with sync_playwright() as play:
-        made = play.chromium.launch(executable_path=found, args=FLAGS)
+def play():
+    with sync_playwright() as made:
         yield made
-        made.close()
+
+
+@pytest.fixture(scope="session")
+def browser(play):
+    made = launched(play)
+    yield made
+    made.close()
 
 
 @pytest.fixture

@@ -8,17 +8,17 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import expect
 
 ROOT = Path(__file__).parents[2]
 OUT = ROOT / "build/page"
 WAIT_MS = 90_000  # a busy computer shares its cores with this
-FLAGS = [
-    "--no-sandbox",
+WEBGL = (
     "--use-gl=angle",
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
-]  # WebGL without a GPU
+)  # without a GPU; all drawing is slow
 FIGURES: dict[str, float] = {}
 
 
@@ -29,6 +29,14 @@ def find_chromium() -> Path | None:
             return Path(found)
     stored = Path(os.environ.get("PLAYWRIGHT_BROWSERS_PATH") or Path.home() / ".cache/ms-playwright")
     return max(stored.glob("chromium-*/chrome-linux*/chrome"), default=None)
+
+
+def launched(play, *flags: str):
+    """A Chromium started with these flags."""
+    found = find_chromium()
+    if found is None:
+        pytest.fail("no Chromium: apt-get install chromium, or name one with CHROMIUM=/path")
+    return play.chromium.launch(executable_path=found, args=["--no-sandbox", *flags])
 
 
 class Served:

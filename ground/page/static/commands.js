@@ -2,7 +2,7 @@
 import { age_s, age_words, newest, unwatch, watch } from "/static/ages.js";
 
 export default {
-  template: `<div class="commands" :data-tick="tick"><p v-if="!rows.length" class="none">no command yet</p>
+  template: `<div class="commands" tabindex="0" role="region" aria-label="commands" :data-tick="tick"><p v-if="!rows.length" class="none">no command yet</p>
     <article v-for="row in rows" :key="row.id" :class="{ final: row.final, good: row.good, failed: row.final && !row.good }" :data-command="row.words">
       <header><b>{{ row.words }}</b><span class="who">#{{ row.id }} {{ row.asked_by }}</span></header>
       <ol v-if="row.live"><li v-for="step in row.steps" :key="step.name" :class="step.kind">{{ step.name }}<small>{{ step.at }}</small></li></ol>

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 from playwright.sync_api import expect
 
-from tests.page.seat import FLAGS, OUT, WAIT_MS, Seat, find_chromium, wait_for
+from tests.page.seat import OUT, WAIT_MS, WEBGL, Seat, launched, wait_for
 
 FRAMES = "Number(document.querySelector('.view-3d').dataset.frames)"
 HIDE = "() => { Object.defineProperty(document, 'hidden', { value: %s, configurable: true });" + (
@@ -44,6 +44,14 @@ def fetch_scan(page, served, rise_m):
     frames = page.evaluate(FRAMES)
     page.get_by_role("button", name="from above").click()
     page.wait_for_function(f"{FRAMES} > {frames}")
+
+
+@pytest.fixture(scope="module")
+def browser(play):
+    """A browser of its own: with WebGL in software every page draws slowly."""
+    made = launched(play, *WEBGL)
+    yield made
+    made.close()
 
 
 @pytest.fixture
@@ -127,8 +135,8 @@ def test_the_buffers_of_3d_need_a_role(served, browser):
     context.close()
 
 
-def test_without_webgl_the_panel_says_so_and_the_page_works(served, browser):
-    made = browser.browser_type.launch(executable_path=find_chromium(), args=[FLAGS[0], "--disable-3d-apis"])
+def test_without_webgl_the_panel_says_so_and_the_page_works(served, play):
+    made = launched(play, "--disable-3d-apis")
     try:
         seat = Seat(made, served)
         seat.page.locator(".view-3d").scroll_into_view_if_needed()
