@@ -19,8 +19,9 @@ from hil.terrain.field import Field
 from hil.terrain.obstacle import Obstacle
 from hil.world.operator import TimedCommand
 from onboard import config
+from onboard.motion.kinematics import wheel_places
 from onboard.records import F64, Grid, Inputs, Outputs
-from protocol.conventions import WHEEL_SIGNS, wrap_rad
+from protocol.conventions import wrap_rad
 from protocol.link.transactions import RequestState
 from protocol.tables.modes import Phase
 
@@ -158,8 +159,7 @@ def estimate_of(rover: Rover, state: PlantState) -> Estimate:
 
 def wheels(state: PlantState, rover: config.Rover) -> tuple[F64, F64]:
     """True places of the four wheels: x (4,), y (4,), m, map frame."""
-    x, y, z, w = state.quaternion_xyzw
-    yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    along, across = (np.array(WHEEL_SIGNS) * (rover.half_wheelbase_m, rover.half_track_m)).T
-    c, s = math.cos(yaw), math.sin(yaw)
-    return state.position_m[0] + c * along - s * across, state.position_m[1] + s * along + c * across
+    pose = state.pose
+    along, across = np.array(wheel_places(rover)).T
+    c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+    return pose.x_m + c * along - s * across, pose.y_m + s * along + c * across

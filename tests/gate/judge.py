@@ -58,5 +58,7 @@ def worse(comparison: Comparison) -> Iterator[str]:
 
 def equal(old: Sequence[Row], new: Sequence[Row]) -> int:
     """Number of cases flown to the same bytes in both."""
-    known = {row["case_number"]: (row["states_sha256"], row["wires_sha256"]) for row in old if row.get("states_sha256")}
-    return sum(known.get(row["case_number"]) == (row.get("states_sha256"), row.get("wires_sha256")) for row in new)
+    before = {
+        row["case_number"]: (row["states_sha256"], row["wires_sha256"]) for row in old if row.get("states_sha256")
+    }
+    return sum(before.get(row["case_number"]) == (row.get("states_sha256"), row.get("wires_sha256")) for row in new)

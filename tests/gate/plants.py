@@ -7,23 +7,19 @@ NAME` flies the gate with it, and must end red.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager
 from functools import partial
 from typing import Any
 from unittest import mock
-
-import numpy as np
 
 from hil.campaign.case import fly
 from hil.campaign.plan import Plan, plan_of
 from onboard.core import tick
 from onboard.motion.kinematics import WheelCommands
 from onboard.perception.map import stop_map
-from onboard.perception.pose.registration import RegistrationResult
+from onboard.perception.pose.registration import RegistrationResult, refused
 from onboard.records import F64
 
 STEP_M = 0.12
-UNKNOWN_M2 = 1e6
 
 
 def step_limit(plan: Plan, number: int) -> dict[str, Any]:
@@ -45,19 +41,19 @@ def wheel_sign(plan: Plan, number: int) -> dict[str, Any]:
         first = orders[0]._replace(rate_radps=-orders[0].rate_radps)
         return (first, *orders[1:]), held
 
-    with _in(tick, "wheel_commands", turned):
+    with mock.patch.object(tick, "wheel_commands", turned):
         return fly(plan, number)
 
 
 def registration_off(plan: Plan, number: int) -> dict[str, Any]:
     """No scan is registered to the map."""
-    with _in(stop_map, "register", _not_registered):
+    with mock.patch.object(stop_map, "register", _not_registered):
         return fly(plan, number)
 
 
 def no_return_lowers(plan: Plan, number: int) -> dict[str, Any]:
     """A beam without return lowers the bound of the ground that it passed."""
-    with _in(stop_map, "cloud", partial(stop_map.cloud, lost=True)):
+    with mock.patch.object(stop_map, "cloud", partial(stop_map.cloud, lost=True)):
         return fly(plan, number)
 
 
@@ -73,10 +69,5 @@ def _with(plan: Plan, table: str, key: str, item: object) -> Plan:
     return plan_of({**plan.tree, "set": settings}, plan.where)
 
 
-def _in(module: Any, name: str, planted: object) -> AbstractContextManager[object]:
-    return mock.patch.object(module, name, planted)
-
-
 def _not_registered(_source: object, _target: object, guess: F64, _config: object) -> RegistrationResult:
-    covariance = np.diag([UNKNOWN_M2] * 4)
-    return RegistrationResult(False, "planted", guess.copy(), covariance, False, 0.0, 1.0, 0.0, 0.0, (), told=False)
+    return refused(guess, "planted")

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from playwright.sync_api import sync_playwright
 
-from tests.page.seat import FLAGS, OUT, ROOT, Seat, Served, a_port, find_chromium, wait_for
+from tests.page.seat import OUT, ROOT, WEBGL, Seat, Served, a_port, launched, wait_for
 
 
 def main(archive: Path, picture: Path) -> None:
@@ -20,7 +20,7 @@ def main(archive: Path, picture: Path) -> None:
         shutil.copy(archive, Path(folder) / "archive.db")
         (Path(folder) / "boots").write_text("1000")
         served = Served(Path(folder), a_port())
-        browser = play.chromium.launch(executable_path=find_chromium(), args=FLAGS)
+        browser = launched(play, *WEBGL)
         try:
             page = Seat(browser, served).page
             page.get_by_role("combobox", name="shown").click()

@@ -1,1 +1,1 @@
-"""What clients of the gateway ask for: commands, modes, missions and parameters, each answered once."""
+"""Requests of the gateway's clients: commands, modes, missions and parameters, each answered once."""

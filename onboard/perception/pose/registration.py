@@ -91,15 +91,15 @@ def register(
     del source  # 7 MB, freed before the target needs as much
     target = _near(target_points_map, guess[:3, 3], reach + MARGIN_M)
     if min(source_count, len(target)) < LEAST_POINTS:
-        return _refused(guess, f"{source_count} points on {len(target)} are too few: {LEAST_POINTS} needed")
+        return refused(guess, f"{source_count} points on {len(target)} are too few: {LEAST_POINTS} needed")
     target_cloud, tree = _prepared(target)
     shared = _overlap(source_cloud.points(), target_cloud.points(), guess)
     if shared < LEAST_OVERLAP_RATIO:
-        return _refused(guess, f"{shared:.2f} of the points lie where the target is: {LEAST_OVERLAP_RATIO} needed")
+        return refused(guess, f"{shared:.2f} of the points lie where the target is: {LEAST_OVERLAP_RATIO} needed")
 
     found = _settled(source_cloud, (target_cloud, tree), guess)
     if found is None or found.matched < LEAST_POINTS:
-        return dataclasses.replace(_refused(guess, f"fewer than {LEAST_POINTS} points match"), told=True)
+        return dataclasses.replace(refused(guess, f"fewer than {LEAST_POINTS} points match"), told=True)
     turned, way = apart(guess, found.T_target_source)
     return _judged(
         RegistrationResult(
@@ -259,7 +259,8 @@ def _told(found: SettlingResult) -> F64:
     return covariance
 
 
-def _refused(guess: F64, reason: str) -> RegistrationResult:
+def refused(guess: F64, reason: str) -> RegistrationResult:
+    """The guess (4, 4), unchanged, with nothing to compare it with."""
     return RegistrationResult(
         False,
         reason,

@@ -199,6 +199,7 @@ def test_an_observer_notes_a_wheel_over_an_obstacle_and_has_no_word_without_one(
     watch = Watch(obstacles)
     rover, state = seen(Phase.DRIVING, x_m, x_m)
     rover.config = SimpleNamespace(rover=RoverConfig())
+    state.pose = SimpleNamespace(x_m=x_m, y_m=0.0, yaw_rad=0.0)
     watch(1, None, outputs, rover, state)
     assert watch.in_obstacle is None
     reach_m = RoverConfig().half_wheelbase_m + RoverConfig().wheel_radius_m
